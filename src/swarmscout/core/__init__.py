@@ -1,0 +1,1 @@
+"""The ground floor: grid geometry, random streams, errors, the recorder's protocol."""

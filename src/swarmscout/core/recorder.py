@@ -1,0 +1,111 @@
+"""What a mission hands to whoever records it.
+
+A recorder is called once before the first step, once after each step, and once at the end. The
+arrays in a :class:`StepRecord` are the mission's own, read-only by contract and reused in the next
+step: copy what you keep.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Decision", "Recorder", "StepRecord"]
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """One decision of a team's leader for a destination.
+
+    Attributes:
+        step: when.
+        team: the team's id.
+        leader: the robot that decided.
+        cause: why a new destination was needed, one of :data:`swarmscout.core.codes.CAUSES`.
+        selector: the selector's name.
+        cell: the chosen ``(row, col)``, or None when there was no frontier to choose.
+        x_m: x of the chosen cell's centre (NaN without a cell).
+        y_m: y of it.
+        distance_m: straight distance from the team's position to it.
+        frontiers: how many frontier cells there were to choose from.
+        frontier_neighbours: frontier cells among the chosen cell's 8 neighbours.
+        obstacle_neighbours: occupied cells among them.
+        reason: the selector's own words.
+        details: whatever else the selector wants on record (plain data for JSON).
+    """
+
+    step: int
+    team: int
+    leader: int
+    cause: str
+    selector: str
+    cell: tuple[int, int] | None
+    x_m: float
+    y_m: float
+    distance_m: float
+    frontiers: int
+    frontier_neighbours: int
+    obstacle_neighbours: int
+    reason: str
+    details: Mapping[str, Any]
+
+
+@dataclass(slots=True)
+class StepRecord:
+    """What happened in one step.
+
+    Attributes:
+        step: 1 for the first step; 0 is the state before it.
+        pose: float64[N, 3]: true x_m, y_m, heading_rad after the step.
+        charge: float64[N]: charge left, as a fraction of the capacity.
+        mode: int64[N], codes ``MODES``.
+        action: int64[N], codes ``ACTIONS``: what each robot did in the step.
+        contact: int64[N]: 0 none, 1 wall, 2 robot (a forward move that was not made).
+        alive: bool[N]: False for a stranded robot.
+        team: int64[N] team ids.
+        leader: int64[N] robot indices.
+        desired: int64[N] desired team sizes.
+        destination: int64[N] flat map cells, or -1.
+        events: int64[k, 4] rows of (kind, robot, other, value), see ``core.codes``.
+        map_cells: int64[m] flat map cells whose log-odds, as read, changed in the step (of the
+            map that the swarm as a whole has).
+        map_log_odds: int64[m] their log-odds, saturated, in 1/1000 nat.
+        decisions: the step's destination decisions, in robot order.
+        coverage: one row of the ``coverage`` table without its step.
+        seconds: what the clock measured: phase name to seconds.
+    """
+
+    step: int
+    pose: NDArray[np.float64]
+    charge: NDArray[np.float64]
+    mode: NDArray[np.int64]
+    action: NDArray[np.int64]
+    contact: NDArray[np.int64]
+    alive: NDArray[np.bool_]
+    team: NDArray[np.int64]
+    leader: NDArray[np.int64]
+    desired: NDArray[np.int64]
+    destination: NDArray[np.int64]
+    events: NDArray[np.int64]
+    map_cells: NDArray[np.int64]
+    map_log_odds: NDArray[np.int64]
+    decisions: list[Decision]
+    coverage: dict[str, float | int]
+    seconds: dict[str, float]
+
+
+class Recorder(Protocol):
+    """Keeps what a mission does."""
+
+    def begin(self, mission: Any) -> None:
+        """Called once, before the first step, with the mission about to run."""
+
+    def record(self, record: StepRecord) -> None:
+        """Called after each step, and once before the first with ``step == 0``."""
+
+    def end(self, summary: Mapping[str, Any]) -> None:
+        """Called once, after the last step, with the mission's summary."""
