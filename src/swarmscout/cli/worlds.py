@@ -1,0 +1,212 @@
+"""``swarmscout worlds``: list, show, generate and import worlds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import App, Parameter
+
+if TYPE_CHECKING:
+    from swarmscout.worlds.world import World
+
+__all__ = ["app"]
+
+app = App(name="worlds", help="List, show, import and generate worlds.", help_format="plaintext")
+
+_Point = Annotated[str | None, Parameter(metavar="X,Y")]
+_Points = Annotated[tuple[str, ...], Parameter(metavar="X,Y", negative=(), show_default=False)]
+_Folder = Annotated[Path | None, Parameter(metavar="FOLDER")]
+_Picture = Annotated[Path | None, Parameter(metavar="PICTURE.png")]
+
+
+@app.command(name="list")
+def list_worlds() -> None:
+    """Worlds that come with the package."""
+    from swarmscout.worlds.catalogue import named_worlds
+
+    lines = named_worlds()
+    for name, line in lines.items():
+        print(f"{name:<{max(map(len, lines))}}  {line}")
+
+
+@app.command
+def show(
+    world: str,
+    /,
+    *,
+    seed: int | None = None,
+    robots: int = 15,
+    metres_per_cell: float | None = None,
+    resolution: float | None = None,
+    out: _Picture = None,
+) -> None:
+    """Draw a world into a picture, and say how large it is.
+
+    Args:
+        world: a named world, a map's file, or a world folder.
+        seed: which of all worlds of that name.
+        robots: for how many robots stations and starting places are shown.
+        metres_per_cell: edge of a file's cell or pixel, in metres.
+        resolution: edge of a raster cell, in metres.
+        out: the picture; by default one in the working directory that is named after the world.
+    """
+    from swarmscout.worlds.catalogue import load_world
+
+    loaded = load_world(world, seed=seed, cell_m=metres_per_cell, resolution_m=resolution)
+    suffix = "" if seed is None else f"-{seed}"
+    _report(loaded, robots)
+    _draw(loaded, robots, out or Path(f"{loaded.name}{suffix}.png"))
+
+
+@app.command
+def generate(
+    name: str = "tube",
+    /,
+    *,
+    seed: int = 0,
+    like: str = "lava-tube",
+    layout: Literal["tube", "maze"] | None = None,
+    size: float | None = None,
+    length: float | None = None,
+    width: float | None = None,
+    narrowest: float | None = None,
+    widest: float | None = None,
+    winding: float | None = None,
+    braids: int | None = None,
+    branches: int | None = None,
+    branch_length: float | None = None,
+    pillars: int | None = None,
+    piles: int | None = None,
+    roughness: float | None = None,
+    resolution: float | None = None,
+    robots: int = 15,
+    out: _Folder = None,
+) -> None:
+    """Generate a lava tube, and keep it in a folder with a picture.
+
+    Args:
+        name: what to call it.
+        seed: which of all tubes with these parameters.
+        like: the named world whose parameters hold where no other is given.
+        layout: a trunk with braids and branches, or a maze of small tubes.
+        size: centre lines stay in a square with this side, in metres.
+        length: length of the trunk, in metres.
+        width: mean width of the trunk, in metres.
+        narrowest: least planned width, in metres.
+        widest: greatest planned width, in metres.
+        winding: 0 (straight) to 2.
+        braids: arms that leave the trunk and rejoin it.
+        branches: blind side tubes.
+        branch_length: their mean length, in metres.
+        pillars: rock left standing in wide places.
+        piles: breakdown from the ceiling.
+        roughness: how far walls stray from a smooth outline, in metres.
+        resolution: edge of a raster cell, in metres.
+        robots: for how many robots it is checked and drawn.
+        out: a new folder; by default one in the working directory with the world's name.
+    """
+    import dataclasses
+
+    from swarmscout.core.errors import WorldError, did_you_mean
+    from swarmscout.worlds.catalogue import NAMED_TUBES
+    from swarmscout.worlds.tube import generate_tube
+
+    if like not in NAMED_TUBES:
+        raise WorldError(f"--like '{like}' is no named world: {did_you_mean(like, NAMED_TUBES)}")
+    given: dict[str, Any] = {
+        "layout": layout, "size_m": size, "length_m": length, "width_m": width,
+        "narrowest_m": narrowest, "widest_m": widest, "winding": winding, "braids": braids,
+        "branches": branches, "branch_length_m": branch_length, "pillars": pillars, "piles": piles,
+        "roughness_m": roughness, "resolution_m": resolution,
+    }  # fmt: skip
+    chosen = {key: value for key, value in given.items() if value is not None}
+    parameters = dataclasses.replace(NAMED_TUBES[like][1], seed=seed, **chosen)
+    _keep(generate_tube(parameters, name), robots, out)
+
+
+@app.command(name="import")
+def import_world(
+    file: str,
+    /,
+    *,
+    metres_per_cell: float | None = None,
+    resolution: float | None = None,
+    start: _Point = None,
+    station: _Points = (),
+    robots: int = 15,
+    out: _Folder = None,
+) -> None:
+    """Make a world of a map: nav2 YAML, MovingAI .map, image or .npy; report and picture.
+
+    Args:
+        file: the map.
+        metres_per_cell: edge of its cell or pixel, in metres; nav2 maps say it themselves.
+        resolution: edge of a raster cell, in metres; by default the map's own, or at most 0.1.
+        start: where missions start, in metres; by default a roomy place in the largest region.
+        station: a charging station, in metres; may be repeated; by default near the start.
+        robots: for how many robots it is checked and drawn.
+        out: a new folder; by default one in the working directory with the map's name.
+    """
+    from swarmscout.worlds.catalogue import load_world
+
+    loaded = load_world(
+        Path(file),
+        cell_m=metres_per_cell,
+        resolution_m=resolution,
+        start_m=None if start is None else _point("--start", start),
+        stations_m=[_point("--station", text) for text in station] or None,
+    )
+    _keep(loaded, robots, out)
+
+
+def _keep(world: World, robots: int, out: Path | None) -> None:
+    """Check a world, write it into a new folder with a picture, and say so."""
+    from swarmscout.core.errors import WorldError
+    from swarmscout.worlds.checks import check_world
+    from swarmscout.worlds.folder import save_world
+
+    folder = out or Path(world.name)
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise WorldError(f"'{folder}' is there already: choose another with --out FOLDER")
+    check_world(world, robots)
+    _report(world, robots)
+    save_world(world, folder)
+    print(f"world: {folder}")
+    _draw(world, robots, folder / "world.png")
+
+
+def _report(world: World, robots: int) -> None:
+    """Area, size, start and stations in a few lines."""
+    import numpy as np
+
+    from swarmscout.worlds.placing import place_stations
+    from swarmscout.worlds.reach import reachable
+    from swarmscout.worlds.starts import start_of
+
+    left, right, bottom, top = world.extent
+    cell_m2 = world.resolution_m**2
+    free = float(np.count_nonzero(world.free)) * cell_m2
+    reached = float(np.count_nonzero(reachable(world))) * cell_m2
+    x, y = start_of(world)
+    count = len(place_stations(world, robots))
+    print(f"{world.name}: {right - left:.1f} m x {top - bottom:.1f} m at {world.resolution_m:g} m")
+    print(f"free: {free:,.1f} m², reachable from the start: {reached:,.1f} m²")
+    print(f"start: {x:.2f},{y:.2f} m; charging stations for {robots} robots: {count}")
+
+
+def _draw(world: World, robots: int, path: Path) -> None:
+    from swarmscout.viewing.world_picture import world_picture
+
+    print(f"picture: {world_picture(world, path, robots)}")
+
+
+def _point(option: str, text: str) -> tuple[float, float]:
+    """``12.5,3`` as x, y in metres."""
+    from swarmscout.core.errors import WorldError
+
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        raise WorldError(f"{option} '{text}': expected X,Y in metres, e.g. 12.5,3") from None
+    return x, y

@@ -1,0 +1,1 @@
+"""Looking at runs: pictures of the map, and more to come."""

@@ -1,0 +1,175 @@
+"""A picture of a world: ground, walls, the start and the charging stations."""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.errors import WorldError
+from swarmscout.worlds.placing import place_robots, place_stations
+from swarmscout.worlds.reach import reachable
+from swarmscout.worlds.starts import start_of
+from swarmscout.worlds.world import World
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["world_figure", "world_picture"]
+
+ROCK, PAPER, CUT_OFF = "#2b2622", "#f7f4ee", "#8d8478"
+STATION_GREEN, START_RED, ROBOT_BLUE = "#0a8f4d", "#d7301f", "#1f5fa8"
+_LOW, _HIGH = (0.70, 0.55, 0.42), (0.98, 0.92, 0.80)
+"""Ground colours, basalt dust from low to high."""
+_LONG_SIDE_INCHES = 8.0
+_DPI = 110
+_LONGEST_PIXELS = 2400
+"""Larger rasters are thinned out for the picture."""
+
+
+def world_picture(world: World, path: str | Path, robots: int = 15, dpi: int = _DPI) -> Path:
+    """Draw a world into a file.
+
+    Args:
+        world: a world.
+        path: the picture's file; its suffix says the form (PNG, PDF, SVG).
+        robots: for how many robots stations and starting places are shown.
+        dpi: dots per inch.
+
+    Returns:
+        The file.
+
+    Raises:
+        WorldError: no mission can start in the world, or the picture cannot be written.
+
+    Example:
+        >>> world_picture(load_world("lava-tube"), "tube.png")  # doctest: +SKIP
+    """
+    file = Path(path)
+    packed = io.BytesIO()
+    form = file.suffix.lower().lstrip(".") or "png"
+    figure = world_figure(world, robots)
+    known = figure.canvas.get_supported_filetypes()
+    if form not in known:
+        raise WorldError(f"picture '{file}': unknown form '{form}': use png, pdf or svg")
+    figure.savefig(packed, format=form, dpi=dpi)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(packed.getvalue())
+    except OSError as error:
+        raise WorldError(f"cannot write '{file}': {error.strerror or error}") from None
+    return file
+
+
+def world_figure(world: World, robots: int = 15) -> Figure:
+    """The picture as a Matplotlib figure of its own; neither pyplot nor a display is touched.
+
+    Args:
+        world: a world.
+        robots: for how many robots stations and starting places are shown.
+
+    Raises:
+        WorldError: no mission can start in the world.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    left, right, bottom, top = world.extent
+    scale = _LONG_SIDE_INCHES / max(right - left, top - bottom)
+    size = max(4.5, (right - left) * scale), max(2.0, (top - bottom) * scale) + 0.7
+    figure = Figure(figsize=size, layout="constrained", facecolor=PAPER)
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot(facecolor=ROCK)
+    axes.imshow(_colours(world), origin="lower", extent=world.extent, interpolation="antialiased")
+    _draw_places(axes, world, robots)
+    _draw_scale_bar(axes, world)
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    area = float(np.count_nonzero(reachable(world))) * world.resolution_m**2
+    seed = world.source.get("seed")
+    words = [world.name if seed is None else f"{world.name}, seed {seed}"]
+    words += [f"{area:,.0f} m² reachable", f"{right - left:.0f} m × {top - bottom:.0f} m"]
+    axes.set_title(" · ".join(words), fontsize=11, color=ROCK)
+    return figure
+
+
+def _colours(world: World) -> NDArray[np.float64]:
+    """float64[rows, cols, 3]: rock, ground by height with a light from the upper left."""
+    from matplotlib.colors import to_rgb
+
+    thin = max(1, math.ceil(max(world.free.shape) / _LONGEST_PIXELS))
+    free = world.free[::thin, ::thin] != 0
+    reach = reachable(world)[::thin, ::thin] != 0
+    picture = np.empty((*free.shape, 3))
+    picture[:] = to_rgb(ROCK)
+    inside: NDArray[Any] = free
+    if world.ground_m is None:
+        picture[free] = _HIGH
+    else:
+        ground = world.ground_m[::thin, ::thin].astype(np.float64)
+        if world.ceiling_m is not None:
+            inside = free | (world.ceiling_m[::thin, ::thin] > ground + 0.3)
+        low, high = np.quantile(ground[free], (0.01, 0.99))
+        share = np.clip((ground - low) / max(high - low, 1e-6), 0.0, 1.0)[..., None]
+        slope_y, slope_x = np.gradient(ground, world.resolution_m * thin)
+        light = np.clip(1.0 + 0.55 * (slope_x - slope_y), 0.72, 1.12)[..., None]
+        lit = np.clip((np.array(_LOW) * (1.0 - share) + np.array(_HIGH) * share) * light, 0.0, 1.0)
+        picture[free] = lit[free]
+        # Breakdown inside the tube is no rock wall: blocks, darker than the ground.
+        blocks = inside & ~free
+        picture[blocks] = 0.52 * lit[blocks]
+    cut_off = free & ~reach
+    picture[cut_off] = to_rgb(CUT_OFF)
+    return picture
+
+
+def _draw_places(axes: Axes, world: World, robots: int) -> None:
+    """Stations, starting places (as an example: seed 0), and the start."""
+    stations = place_stations(world, robots)
+    try:
+        places = place_robots(world, robots, "one-place", np.random.default_rng(0))
+    except WorldError:
+        places = np.empty((0, 2))  # A picture of a world that is too small is still a picture.
+    axes.plot(
+        *places.T, linestyle="none", marker="o", markersize=2.6, color=ROBOT_BLUE,
+        markeredgewidth=0.0, zorder=3, label=f"{len(places)} robots",
+    )  # fmt: skip
+    axes.plot(
+        *stations.T, linestyle="none", marker="P", markersize=8, markerfacecolor=STATION_GREEN,
+        markeredgecolor="white", markeredgewidth=0.8, zorder=4, label="charging station",
+    )  # fmt: skip
+    axes.plot(
+        *start_of(world), linestyle="none", marker="o", markersize=17, markerfacecolor="none",
+        markeredgecolor=START_RED, markeredgewidth=1.6, zorder=5, label="start",
+    )  # fmt: skip
+    figure = axes.get_figure()
+    if figure is not None:
+        figure.legend(
+            loc="outside lower center", ncols=3, frameon=False, fontsize=9, labelcolor=ROCK,
+            markerscale=0.75,
+        )  # fmt: skip
+
+
+def _draw_scale_bar(axes: Axes, world: World) -> None:
+    """A bar of a round length in the lower right corner."""
+    from matplotlib.patheffects import withStroke
+
+    left, right, bottom, top = world.extent
+    wanted = 0.2 * (right - left)
+    power = 10.0 ** math.floor(math.log10(wanted))
+    length = max(part * power for part in (1.0, 2.0, 5.0) if part * power <= wanted)
+    end, level = right - 0.03 * (right - left), bottom + 0.03 * (top - bottom)
+    # Whatever lies behind it, rock or floor: light with a dark edge.
+    edge = [withStroke(linewidth=3.5, foreground=ROCK)]
+    axes.plot((end - length, end), (level, level), color=ROCK, linewidth=5.0, zorder=6)
+    axes.plot((end - length, end), (level, level), color=PAPER, linewidth=2.6, zorder=7)
+    axes.annotate(
+        f"{length:g} m", (end - length / 2, level), xytext=(0, 4), textcoords="offset points",
+        ha="center", color=PAPER, fontsize=9, zorder=7, path_effects=edge,
+    )  # fmt: skip

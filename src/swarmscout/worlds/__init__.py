@@ -1,0 +1,31 @@
+"""The truth: places to explore, where they come from, where a mission starts in them.
+
+Only bodies, judging, recording, viewing and the ``worlds`` commands look in here; robots' minds
+never do.
+"""
+
+from swarmscout.worlds.arrays import world_from_array, world_from_ascii
+from swarmscout.worlds.catalogue import load_world, named_worlds
+from swarmscout.worlds.checks import check_world
+from swarmscout.worlds.folder import load_folder, save_world
+from swarmscout.worlds.placing import place_robots, place_stations
+from swarmscout.worlds.reach import reachable
+from swarmscout.worlds.tube import generate_tube
+from swarmscout.worlds.tube_parameters import TubeParameters
+from swarmscout.worlds.world import World
+
+__all__ = [
+    "TubeParameters",
+    "World",
+    "check_world",
+    "generate_tube",
+    "load_folder",
+    "load_world",
+    "named_worlds",
+    "place_robots",
+    "place_stations",
+    "reachable",
+    "save_world",
+    "world_from_array",
+    "world_from_ascii",
+]

@@ -1,0 +1,161 @@
+"""Worlds by name, and one door for every kind of world."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from swarmscout.core.errors import WorldError, did_you_mean
+from swarmscout.worlds.arrays import load_array, with_places
+from swarmscout.worlds.folder import WORLD_FILE, load_folder
+from swarmscout.worlds.images import IMAGE_SUFFIXES, load_image
+from swarmscout.worlds.movingai import load_movingai
+from swarmscout.worlds.nav2 import load_nav2
+from swarmscout.worlds.tube import generate_tube
+from swarmscout.worlds.tube_parameters import TubeParameters
+from swarmscout.worlds.world import World
+
+__all__ = ["NAMED_TUBES", "load_world", "named_worlds"]
+
+NAMED_TUBES: dict[str, tuple[str, TubeParameters]] = {
+    "lava-tube": (
+        "a winding tube with two arms that rejoin, blind branches, pillars and breakdown",
+        TubeParameters(),
+    ),
+    "lava-tube-braided": (
+        "a tube with many arms that leave and rejoin it: several ways to everywhere",
+        TubeParameters(
+            size_m=112.0, width_m=5.6, braids=7, branches=5, winding=0.8, pillars=6, piles=14
+        ),
+    ),
+    "lava-tube-wide": (
+        "broad halls, 5 to 12 m, with many pillars: room for large swarms",
+        TubeParameters(
+            size_m=116.0, length_m=210.0, width_m=9.0, narrowest_m=5.0, width_variation=0.35,
+            branches=6, branch_length_m=30.0, pillars=36, piles=24, height_m=5.0,
+        ),
+    ),
+    "lava-tube-small": (
+        "a short tube with one arm and a few branches on 60 m × 60 m: quick to explore",
+        TubeParameters(
+            size_m=52.0, length_m=95.0, width_m=5.2, braids=1, branches=5, branch_length_m=16.0,
+            pillars=4, piles=8,
+        ),
+    ),
+    "lava-maze": (
+        "a maze of small tubes, 3 to 6 m wide, with many loops and dead ends",
+        TubeParameters(
+            layout="maze", size_m=84.0, width_m=4.0, narrowest_m=3.0, widest_m=6.5, winding=1.3,
+            braids=0, branches=0, pillars=4, piles=14, roughness_m=0.5, height_m=2.6,
+        ),
+    ),
+}  # fmt: skip
+"""Name → one line and parameters."""
+
+
+def named_worlds() -> dict[str, str]:
+    """The worlds that come with the package: name → one line."""
+    return {name: line for name, (line, _) in NAMED_TUBES.items()}
+
+
+def load_world(
+    what: str | Path | World,
+    seed: int | None = None,
+    *,
+    resolution_m: float | None = None,
+    cell_m: float | None = None,
+    start_m: ArrayLike | None = None,
+    stations_m: ArrayLike | None = None,
+    base: Path | None = None,
+) -> World:
+    """Load or generate a world.
+
+    Args:
+        what: a name (see :func:`named_worlds`), a nav2 ``.yaml``, a MovingAI ``.map``, an image, a
+            ``.npy``, a world folder, or a world, which is handed back.
+        seed: which world of that name; None for 0. Only named worlds have one.
+        resolution_m: edge of a raster cell, in metres; None: the map's own, cut up until it is at
+            most 0.1 m.
+        cell_m: edge of a file's cell or pixel, in metres (``.map``: 0.5, images and ``.npy``: 0.1).
+        start_m: ``(x, y)`` of the start, in metres, instead of the world's own.
+        stations_m: [k, 2] charging stations, in metres, instead of the world's own.
+        base: relative paths are tried from here first, and then from the working directory.
+
+    Returns:
+        The world.
+
+    Raises:
+        WorldError: the name or file is unknown or broken, or an option does not belong to it.
+
+    Example:
+        >>> load_world("lava-tube-small", seed=3).name
+        'lava-tube-small'
+    """
+    if isinstance(what, World):
+        _refuse(f"world '{what.name}'", "a world in memory", seed=seed, cell_m=cell_m)
+        _refuse(f"world '{what.name}'", "a world in memory", resolution_m=resolution_m)
+        world = what
+    elif str(what) in NAMED_TUBES:
+        world = _named(str(what), seed, resolution_m, cell_m)
+    else:
+        world = _from_file(_find(what, base), seed, resolution_m, cell_m)
+    return with_places(world, start_m, stations_m)
+
+
+def _named(name: str, seed: int | None, resolution_m: float | None, cell_m: float | None) -> World:
+    _refuse(f"world '{name}'", "a generated world (use resolution_m)", cell_m=cell_m)
+    changes: dict[str, Any] = {}
+    if seed is not None:
+        changes["seed"] = seed
+    if resolution_m is not None:
+        changes["resolution_m"] = resolution_m
+    return generate_tube(dataclasses.replace(NAMED_TUBES[name][1], **changes), name)
+
+
+def _find(what: str | Path, base: Path | None) -> Path:
+    """The file or folder that is meant."""
+    given = Path(what).expanduser()
+    tried = [given] if base is None or given.is_absolute() else [base / given, given]
+    for path in tried:
+        if path.exists():
+            return path
+    if given.suffix or len(given.parts) > 1:
+        places = " and ".join(f"'{path.absolute()}'" for path in dict.fromkeys(tried))
+        raise WorldError(f"world '{what}' does not exist: looked for {places}")
+    raise WorldError(f"unknown world '{what}': {did_you_mean(str(what), NAMED_TUBES)}")
+
+
+def _from_file(
+    path: Path, seed: int | None, resolution_m: float | None, cell_m: float | None
+) -> World:
+    where = f"world '{path}'"
+    _refuse(where, "a map", seed=seed)
+    if path.is_dir():
+        _refuse(where, "a world folder", cell_m=cell_m, resolution_m=resolution_m)
+        return load_folder(path)
+    suffix = path.suffix.lower()
+    if path.name == WORLD_FILE:
+        return load_folder(path.parent)
+    if suffix in (".yaml", ".yml"):
+        _refuse(where, "a nav2 map, which says it itself", cell_m=cell_m)
+        return load_nav2(path, resolution_m)
+    readers: dict[str, Callable[[Path, float | None, float | None], World]] = {
+        ".map": load_movingai,
+        ".npy": load_array,
+        **dict.fromkeys(IMAGE_SUFFIXES, load_image),
+    }
+    if suffix not in readers:
+        known = ", ".join([".yaml", *sorted(readers)])
+        raise WorldError(f"{where}: unknown kind of file '{suffix}': known are {known}")
+    return readers[suffix](path, cell_m, resolution_m)
+
+
+def _refuse(where: str, kind: str, **options: float | None) -> None:
+    """Complain about options that would have no effect."""
+    for name, value in options.items():
+        if value is not None:
+            raise WorldError(f"{where}: {name} = {value} has no meaning for {kind}: leave it out")

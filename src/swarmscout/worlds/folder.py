@@ -1,0 +1,181 @@
+"""A world as a folder: ``world.toml`` and its rasters.
+
+``free.npy`` holds the free raster packed to bits, ``ground.npy`` and ``ceiling.npy`` the heights.
+The same world gives the same bytes. A digest of the free raster and where it lies is checked when a
+folder is read, and so are those of the heights.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+from numpy.typing import NDArray
+
+from swarmscout.core.errors import WorldError
+from swarmscout.worlds.arrays import world_from_array
+from swarmscout.worlds.resampling import check_size
+from swarmscout.worlds.world import World
+
+__all__ = ["WORLD_FILE", "load_folder", "save_world"]
+
+WORLD_FILE = "world.toml"
+_FORMAT = 1
+_HEIGHTS = ("ground", "ceiling")
+
+
+def save_world(world: World, folder: Path | str) -> Path:
+    """Write a world into a folder, which is made where it is missing.
+
+    Args:
+        world: a world.
+        folder: where to; a world in it is replaced.
+
+    Returns:
+        The folder.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    rasters = {"free": _bytes(np.packbits(world.free != 0, axis=1))}
+    for name, heights in zip(_HEIGHTS, (world.ground_m, world.ceiling_m), strict=True):
+        if heights is not None:
+            rasters[name] = _bytes(np.ascontiguousarray(heights, dtype=np.float32))
+    facts: dict[str, Any] = {
+        "format": _FORMAT,
+        "name": world.name,
+        "rows": int(world.free.shape[0]),
+        "columns": int(world.free.shape[1]),
+        "resolution_m": float(world.resolution_m),
+        "origin_m": [float(part) for part in world.origin_m],
+        "digest": world.digest,
+    }
+    if world.start_m is not None:
+        facts["start_m"] = [float(part) for part in world.start_m]
+    if world.stations_m is not None:
+        facts["stations_m"] = [[float(x), float(y)] for x, y in world.stations_m]
+    facts["rasters"] = {name: _sha(packed) for name, packed in rasters.items()}
+    facts["source"] = _plain(world.source)
+    for name in _HEIGHTS:
+        if name not in rasters:
+            (target / f"{name}.npy").unlink(missing_ok=True)
+    for name, packed in rasters.items():
+        (target / f"{name}.npy").write_bytes(packed)
+    (target / WORLD_FILE).write_text(tomli_w.dumps(facts), encoding="utf-8", newline="\n")
+    return target
+
+
+def load_folder(folder: Path | str) -> World:
+    """Read a world that :func:`save_world` wrote.
+
+    Args:
+        folder: where it lies.
+
+    Returns:
+        The world, with read-only rasters.
+
+    Raises:
+        WorldError: a file is missing or damaged.
+    """
+    home = Path(folder)
+    facts = _facts(home / WORLD_FILE)
+    try:
+        rows, columns = int(facts["rows"]), int(facts["columns"])
+        digests = {str(name): str(sha) for name, sha in facts["rasters"].items()}
+        origin, start, stations = facts["origin_m"], facts.get("start_m"), facts.get("stations_m")
+        named, resolution_m, digest = facts["name"], facts["resolution_m"], facts["digest"]
+        source = facts.get("source", {})
+        if not isinstance(source, Mapping) or rows < 1 or columns < 1:
+            raise ValueError("rows, columns or source is impossible")
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        why = f"key {error} is missing" if isinstance(error, KeyError) else str(error)
+        raise WorldError(f"'{home / WORLD_FILE}' is damaged: {why}") from None
+    check_size((rows, columns), f"'{home / WORLD_FILE}'")
+    bits = _read(home, "free", digests, (rows, (columns + 7) // 8), np.uint8)
+    free = np.unpackbits(bits, axis=1, count=columns)
+    heights = {
+        name: _read(home, name, digests, (rows, columns), np.float32)
+        for name in _HEIGHTS
+        if name in digests
+    }
+    world = world_from_array(
+        free,
+        resolution_m,
+        name=str(named),
+        origin_m=origin,
+        start_m=start,
+        stations_m=stations,
+        ground_m=heights.get("ground"),
+        ceiling_m=heights.get("ceiling"),
+        source=source,
+    )
+    if world.digest != digest:
+        raise WorldError(f"'{home}' is damaged: its raster does not have the digest {digest}")
+    return world
+
+
+def _facts(path: Path) -> dict[str, Any]:
+    try:
+        facts = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise WorldError(f"'{path.parent}' is no world folder: it has no {path.name}") from None
+    except OSError as error:
+        raise WorldError(f"cannot read '{path}': {error.strerror or error}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise WorldError(f"'{path}' is damaged: {str(error).splitlines()[0]}") from None
+    if facts.get("format") != _FORMAT:
+        raise WorldError(
+            f"'{path}': format = {facts.get('format')!r}, expected {_FORMAT}: it was written by "
+            "another version of swarmscout, or is no world"
+        )
+    return facts
+
+
+def _read(
+    home: Path, name: str, digests: Mapping[str, str], shape: tuple[int, int], dtype: type
+) -> NDArray[Any]:
+    path = home / f"{name}.npy"
+    try:
+        packed = path.read_bytes()
+    except OSError as error:
+        raise WorldError(f"'{home}' is damaged: {path.name}: {error.strerror or error}") from None
+    if _sha(packed) != digests.get(name):
+        raise WorldError(f"'{home}' is damaged: {path.name} is not the file that was written")
+    try:
+        array: NDArray[Any] = np.load(io.BytesIO(packed), allow_pickle=False)
+    except (ValueError, EOFError, OSError) as error:
+        raise WorldError(f"'{home}' is damaged: {path.name}: {error}") from None
+    if array.shape != shape or array.dtype != dtype:
+        raise WorldError(
+            f"'{home}' is damaged: {path.name} holds {array.dtype}{list(array.shape)}, "
+            f"expected {np.dtype(dtype)}{list(shape)}"
+        )
+    array.setflags(write=False)
+    return array
+
+
+def _bytes(array: NDArray[Any]) -> bytes:
+    packed = io.BytesIO()
+    np.save(packed, array, allow_pickle=False)
+    return packed.getvalue()
+
+
+def _sha(packed: bytes) -> str:
+    return hashlib.sha256(packed).hexdigest()
+
+
+def _plain(source: Mapping[str, Any]) -> dict[str, Any]:
+    """What TOML can hold."""
+    return {
+        str(key): value if isinstance(value, str | bool | int | float) else str(value)
+        for key, value in source.items()
+        if value is not None
+    }

@@ -1,0 +1,198 @@
+"""Lava tubes: from a plan of passages to a world with ground and ceiling.
+
+A raster holds, for each point, how deep it lies inside a tube: the largest of half width minus
+distance to the centre line over all passages. Noise roughens that depth; it is positive in the
+tube. A core along each centre line stays free whatever the noise says, so tubes never pinch off.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from swarmscout.core.streams import stream
+from swarmscout.worlds.breakdown import fallen_blocks, pillars
+from swarmscout.worlds.fields import Lattice, as_floats, noise_field
+from swarmscout.worlds.passages import Passage
+from swarmscout.worlds.tube_maze import plan_maze
+from swarmscout.worlds.tube_parameters import TubeParameters
+from swarmscout.worlds.tube_plan import plan_tube
+from swarmscout.worlds.world import World
+
+__all__ = ["RULES", "generate_tube"]
+
+RULES = 1
+"""Goes up when the same parameters give another world."""
+
+_NOISE, _HEIGHTS = 7, 8
+_STEP_M = 0.5
+_OUTSIDE_M = -3.0
+_CORE_M = 1.0
+_BORDER_M = 2.5
+_MOUTH_AT = 4
+"""The start is so many points (metres) into the first passage, in the middle of the mouth."""
+_SPECK_M2 = 0.25
+_LOWEST_M = 0.6
+_STEEP_M = 0.2
+"""Blocks higher than this above the ground are not driven over."""
+
+
+def generate_tube(parameters: TubeParameters, name: str = "tube") -> World:
+    """Generate a lava tube.
+
+    Args:
+        parameters: its looks and its seed; the same parameters give the same world, bit for bit.
+        name: what to call it.
+
+    Returns:
+        A world with ground and ceiling, whose start is the mouth and whose lower left corner is
+        (0, 0). All that is free is connected.
+    """
+    passages = plan_maze(parameters) if parameters.layout == "maze" else plan_tube(parameters)
+    passages, width_m, height_m = _moved_to_corner(passages)
+    resolution = parameters.resolution_m
+    shape = (round(height_m / resolution), round(width_m / resolution))
+    lattice = Lattice(width_m, height_m, _STEP_M)
+    depth, core = _depth(lattice, passages)
+    rng = stream(parameters.seed, "world", _NOISE)
+    start = passages[0].points_m[_MOUTH_AT]
+
+    depth = np.minimum(depth, pillars(lattice, passages, parameters))
+    rough = parameters.roughness_m
+    for share, wavelength in ((0.9, 7.0), (0.55, 3.0)):
+        swell = noise_field(rng, width_m, height_m, wavelength, *_lattice_cells(lattice))
+        depth = depth + share * rough * swell
+    blocks = fallen_blocks(lattice, passages, parameters)
+    coarse = np.maximum(depth, core)
+    fine = lattice.at_cells(coarse, shape, resolution)
+    for share, wavelength in ((0.3, 1.3), (0.14, 0.5)):
+        fine += share * rough * noise_field(rng, width_m, height_m, wavelength, shape, resolution)
+    fine = np.round(fine, 6)
+
+    heights = _Heights(parameters, width_m, height_m, shape)
+    rubble = heights.rubble(lattice.at_cells(blocks, shape, resolution, smooth=True))
+    free = _connected((fine > 0.0) & (rubble <= _STEEP_M), start, resolution)
+    ground, ceiling = heights.ground_and_ceiling(free, fine, rubble)
+    for raster in (free, ground, ceiling):
+        raster.setflags(write=False)
+    world = World(
+        name=name,
+        free=free,
+        resolution_m=resolution,
+        origin_m=(0.0, 0.0),
+        start_m=(float(start[0]), float(start[1])),
+        ground_m=ground,
+        ceiling_m=ceiling,
+    )
+    source = {"generator": "lava-tube", "rules": RULES, **dataclasses.asdict(parameters)}
+    object.__setattr__(world, "source", {**source, "digest": world.digest})
+    return world
+
+
+def _moved_to_corner(passages: list[Passage]) -> tuple[list[Passage], float, float]:
+    """Shift the plan so that the raster begins at (0, 0); its width and height in metres."""
+    outer = np.concatenate([passage.half_widths_m for passage in passages])[:, None] + _BORDER_M
+    points = np.concatenate([passage.points_m for passage in passages])
+    low, high = np.floor((points - outer).min(axis=0)), np.ceil((points + outer).max(axis=0))
+    moved = [
+        dataclasses.replace(passage, points_m=np.round(passage.points_m - low, 6))
+        for passage in passages
+    ]
+    return moved, float(high[0] - low[0]), float(high[1] - low[1])
+
+
+def _lattice_cells(lattice: Lattice) -> tuple[tuple[int, int], float]:
+    return lattice.shape, lattice.step_m
+
+
+def _depth(
+    lattice: Lattice, passages: list[Passage]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How deep lattice points lie inside tubes, and inside the core of tubes, in metres."""
+    depth = np.full(lattice.shape, _OUTSIDE_M)
+    core = np.full(lattice.shape, _OUTSIDE_M)
+    x, y = lattice.coordinates()
+    for passage in passages:
+        own = np.full(lattice.shape, _OUTSIDE_M)
+        for (px, py), half in zip(*_denser(passage), strict=True):
+            window = lattice.window(px, py, half - _OUTSIDE_M)
+            across, up = x[:, window[1]] - px, y[window[0]] - py
+            distance = np.sqrt(across * across + up * up)
+            np.maximum(own[window], half - distance, out=own[window])
+            np.maximum(core[window], _CORE_M - distance, out=core[window])
+        depth = _joined(depth, own)
+    return depth, core
+
+
+def _denser(passage: Passage) -> tuple[list[list[float]], list[float]]:
+    """Points every half metre or so, and their half widths."""
+    points, widths = passage.points_m, passage.half_widths_m
+    halfway = (points[1:] + points[:-1]) / 2
+    return (
+        np.concatenate((points, halfway)).tolist(),
+        np.concatenate((widths, (widths[1:] + widths[:-1]) / 2)).tolist(),
+    )
+
+
+def _joined(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The larger of two depths, with a rounded corner where tubes meet."""
+    round_m = 1.6
+    blend = np.maximum(round_m - np.abs(one - other), 0.0)
+    return np.maximum(one, other) + blend * blend / (4.0 * round_m)
+
+
+def _connected(
+    open_cells: NDArray[np.bool_], start: NDArray[np.float64], resolution_m: float
+) -> NDArray[np.uint8]:
+    """What is connected with the start; specks of rock too small to matter are taken out."""
+    rocks, count = ndimage.label(~open_cells)
+    sizes = np.bincount(rocks.ravel(), minlength=count + 1)
+    sizes[0] = 0
+    specks = (sizes > 0) & (sizes * resolution_m**2 < _SPECK_M2)
+    labels, _ = ndimage.label(open_cells | specks[rocks])
+    own = labels[int(start[1] / resolution_m), int(start[0] / resolution_m)]
+    free: NDArray[np.uint8] = (labels == own).astype(np.uint8)
+    return free
+
+
+class _Heights:
+    """Ground and ceiling of one tube."""
+
+    def __init__(
+        self, parameters: TubeParameters, width_m: float, height_m: float, shape: tuple[int, int]
+    ) -> None:
+        self.parameters = parameters
+        rng = stream(parameters.seed, "world", _HEIGHTS)
+        place = (width_m, height_m)
+        resolution = parameters.resolution_m
+        self.slope = rng.uniform(-0.02, 0.02, size=2)
+        self.hills = 0.7 * noise_field(rng, *place, 14.0, shape, resolution)
+        self.hills += 0.25 * noise_field(rng, *place, 5.0, shape, resolution)
+        self.grain = noise_field(rng, *place, 0.7, shape, resolution)
+
+    def rubble(self, blocks: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Height of breakdown above the ground, in metres, with its ragged surface."""
+        ragged = blocks + 0.35 * self.grain * np.minimum(blocks, 0.5)
+        return as_floats(np.round(np.maximum(ragged, 0.0), 6))
+
+    def ground_and_ceiling(
+        self, free: NDArray[np.uint8], depth: NDArray[np.float64], rubble: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """float32[rows, cols] each; in rock the ceiling lies on the ground."""
+        rows, columns = depth.shape
+        resolution = self.parameters.resolution_m
+        x = (np.arange(columns) + 0.5)[None, :] * resolution
+        y = (np.arange(rows) + 0.5)[:, None] * resolution
+        floor = self.slope[0] * x + self.slope[1] * y
+        floor = floor + self.parameters.undulation_m * (self.hills + 0.06 * self.grain)
+        inside = np.clip(depth / (0.5 * self.parameters.width_m), 0.0, 1.0)
+        arch = np.sqrt(inside * (2.0 - inside))
+        height = np.where(depth > 0.0, 0.9 + (self.parameters.height_m - 0.9) * arch, 0.0)
+        height = height * (1.0 + 0.12 * self.hills)
+        ground = floor + rubble * (depth > 0.0)
+        # Where specks of rock were taken out, a robot must pass below the ceiling all the same.
+        ceiling = np.maximum(floor + height, ground + _LOWEST_M * free)
+        return np.round(ground, 4).astype(np.float32), np.round(ceiling, 4).astype(np.float32)

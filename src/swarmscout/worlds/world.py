@@ -1,0 +1,73 @@
+"""A world: the truth that sensors, motion and judging read, and nobody else.
+
+Rasters are aligned and index ``[row, col]`` with row 0 at the lowest y. What lies outside the
+rasters is wall.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.grid import GridFrame
+
+__all__ = ["World"]
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """An unknown place.
+
+    Attributes:
+        name: what people call it.
+        free: uint8[rows, cols], C-contiguous: 1 where a robot may be, 0 for wall or unknown.
+        resolution_m: edge of a raster cell, in metres.
+        origin_m: ``(x, y)`` of the lower left corner of the raster, in metres.
+        start_m: ``(x, y)`` of the point round which a mission starts, in metres.
+        stations_m: float64[k, 2], charging stations set by hand, or None: derived for a
+            number of robots by :func:`swarmscout.worlds.placing.place_stations`.
+        ground_m: float32[rows, cols] height of the ground, or None for a flat floor at 0.
+        ceiling_m: float32[rows, cols] height of the ceiling, or None for open sky.
+        source: where it came from: generator and parameters, or file; with the ``digest``.
+        derived: what other modules of this room worked out of this world and keep with it (a world
+            does not change); nobody else looks in here.
+    """
+
+    name: str
+    free: NDArray[np.uint8]
+    resolution_m: float
+    origin_m: tuple[float, float] = (0.0, 0.0)
+    start_m: tuple[float, float] | None = None
+    stations_m: NDArray[np.float64] | None = None
+    ground_m: NDArray[np.float32] | None = None
+    ceiling_m: NDArray[np.float32] | None = None
+    source: Mapping[str, Any] = field(default_factory=dict)
+    derived: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy in another process needs: not what can be derived again."""
+        return {**self.__dict__, "derived": {}}
+
+    @property
+    def frame(self) -> GridFrame:
+        """Where the raster lies."""
+        rows, columns = self.free.shape
+        return GridFrame(*self.origin_m, self.resolution_m, rows, columns)
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """``(left, right, bottom, top)`` in metres."""
+        return self.frame.extent
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 (hexadecimal) of the free raster and where it lies."""
+        place = f"{self.free.shape} {self.resolution_m!r} {self.origin_m[0]!r} {self.origin_m[1]!r}"
+        packed = np.packbits(np.ascontiguousarray(self.free) != 0)
+        return hashlib.sha256(place.encode() + packed.tobytes()).hexdigest()

@@ -1,0 +1,115 @@
+"""World folders: what is written comes back, the same bytes each time, and damage is noticed."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swarmscout.core.errors import WorldError
+from swarmscout.worlds import World, load_folder, load_world, save_world, world_from_ascii
+
+
+@pytest.fixture
+def world() -> World:
+    return load_world("lava-tube-small", resolution_m=0.25)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+def same(one: World, two: World) -> None:
+    np.testing.assert_array_equal(one.free, two.free)
+    for name in ("ground_m", "ceiling_m", "stations_m"):
+        a, b = getattr(one, name), getattr(two, name)
+        assert (a is None) == (b is None)
+        if a is not None:
+            assert a.dtype == b.dtype
+            np.testing.assert_array_equal(a, b)
+    assert (one.name, one.resolution_m, one.origin_m) == (two.name, two.resolution_m, two.origin_m)
+    assert one.start_m == two.start_m
+    assert one.digest == two.digest
+
+
+def test_round_trip(tmp_path, world):
+    save_world(world, tmp_path / "w")
+    for what in (tmp_path / "w", tmp_path / "w" / "world.toml"):
+        back = load_world(what)
+        same(world, back)
+        assert dict(back.source) == dict(world.source)
+        assert not back.free.flags.writeable
+    small = world_from_ascii("####\n#SC#\n####", name="tïny")
+    same(small, load_folder(save_world(small, tmp_path / "a" / "b")))
+
+
+def test_the_same_world_gives_the_same_bytes(tmp_path, world):
+    one = contents(save_world(world, tmp_path / "one"))
+    two = contents(save_world(load_folder(tmp_path / "one"), tmp_path / "two"))
+    assert one == two
+
+
+def test_a_world_replaces_another(tmp_path, world):
+    save_world(world, tmp_path)
+    small = world_from_ascii("...")
+    save_world(small, tmp_path)
+    same(small, load_folder(tmp_path))
+    assert sorted(contents(tmp_path)) == ["free.npy", "world.toml"]
+
+
+def test_worlds_travel_to_other_processes(world):
+    same(world, pickle.loads(pickle.dumps(world)))
+
+
+@pytest.mark.parametrize("name", ["free.npy", "ground.npy", "world.toml"])
+def test_missing_and_cut_files(tmp_path, world, name):
+    save_world(world, tmp_path)
+    file = tmp_path / name
+    whole = file.read_bytes()
+    file.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(WorldError, match="damaged") as caught:
+        load_folder(tmp_path)
+    assert "\n" not in str(caught.value)
+    file.unlink()
+    with pytest.raises(WorldError, match=r"damaged|no world folder"):
+        load_folder(tmp_path)
+
+
+def test_a_flipped_bit_is_noticed(tmp_path, world):
+    save_world(world, tmp_path)
+    packed = bytearray((tmp_path / "free.npy").read_bytes())
+    packed[-1] ^= 1
+    (tmp_path / "free.npy").write_bytes(packed)
+    with pytest.raises(WorldError, match="not the file that was written"):
+        load_folder(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("format = 1", "format = 9"),
+        ("rows = ", "rows = 1000000000000"),
+        ("resolution_m = 0.25", "resolution_m = 0.5"),
+        ("resolution_m = 0.25", "resolution_m = 'x'"),
+        ("digest = ", "digits = "),
+        ("columns = ", "columns = 1"),
+        ("origin_m = [", "origin_m = [1.0, "),
+        ("[rasters]", "[raster]"),
+        ("start_m = [", "start_m = ['a', "),
+    ],
+)
+def test_edited_facts(tmp_path, world, old, new):
+    file = save_world(world, tmp_path) / "world.toml"
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+    with pytest.raises(WorldError) as caught:
+        load_folder(tmp_path)
+    assert "\n" not in str(caught.value).strip()
+
+
+def test_no_world_at_all(tmp_path):
+    with pytest.raises(WorldError, match="no world folder"):
+        load_world(tmp_path)

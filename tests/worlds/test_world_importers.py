@@ -1,0 +1,297 @@
+"""Maps made by hand, cell by cell; and broken ones of every kind: one clear line each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from swarmscout.core.errors import WorldError
+from swarmscout.worlds import load_world, world_from_array, world_from_ascii
+from swarmscout.worlds.resampling import refined, resampled
+
+NAV2 = {
+    "image": "map.pgm", "resolution": 0.05, "origin": "[-1.0, 2.0, 0.0]", "negate": 0,
+    "occupied_thresh": 0.65, "free_thresh": 0.25,
+}  # fmt: skip
+OCTILE = "type octile\nheight 2\nwidth 3\nmap\n.G@\nSTO\n"
+
+
+def nav2(folder: Path, pixels: object, image: str = "map.pgm", **keys: object) -> Path:
+    """Write a nav2 map; a key that is None is left out."""
+    Image.fromarray(np.array(pixels, dtype=np.uint8)).save(folder / image)
+    given_keys = {**NAV2, "image": image, **keys}
+    lines = [f"{key}: {value}" for key, value in given_keys.items() if value is not None]
+    file = folder / "map.yaml"
+    file.write_text("\n".join(lines))
+    return file
+
+
+@pytest.mark.parametrize("image", ["map.pgm", "map.png"])
+def test_nav2_trinary(tmp_path, image):
+    # Top row: free, unknown (205), occupied; bottom row: barely free (192 of 255), not, occupied.
+    world = load_world(nav2(tmp_path, [[254, 205, 0], [192, 191, 90]], image))
+    # 205 is (255 - 205) / 255 = 0.196, which free_thresh 0.25 takes for free: so say these files.
+    np.testing.assert_array_equal(world.free, [[1, 0, 0], [1, 1, 0]])
+    assert world.resolution_m == 0.05
+    assert world.origin_m == (-1.0, 2.0)
+    assert world.extent == pytest.approx((-1.0, -0.85, 2.0, 2.1))
+
+
+def test_nav2_unknown_is_not_free(tmp_path):
+    world = load_world(nav2(tmp_path, [[254, 205, 0]], free_thresh=0.196))
+    np.testing.assert_array_equal(world.free, [[1, 0, 0]])
+
+
+def test_nav2_negate(tmp_path):
+    world = load_world(nav2(tmp_path, [[0, 50, 254]], negate=1, free_thresh=0.196))
+    np.testing.assert_array_equal(world.free, [[1, 0, 0]])
+    world = load_world(nav2(tmp_path, [[0, 49, 254]], negate="true", free_thresh=0.196))
+    np.testing.assert_array_equal(world.free, [[1, 1, 0]])
+
+
+def test_nav2_scale_and_transparency(tmp_path):
+    pixels = [[[255, 255, 255, 255], [255, 255, 255, 100], [128, 128, 128, 255]]]
+    world = load_world(nav2(tmp_path, pixels, "map.png", mode="scale"))
+    np.testing.assert_array_equal(world.free, [[1, 0, 0]])
+
+
+def test_nav2_raw(tmp_path):
+    world = load_world(nav2(tmp_path, [[0, 24, 25, 100, 101, 255]], mode="raw", negate=1))
+    np.testing.assert_array_equal(world.free, [[1, 1, 0, 0, 0, 0]])
+
+
+def test_nav2_at_another_resolution(tmp_path):
+    file = nav2(tmp_path, [[254, 254, 254, 254], [254, 254, 0, 254]])
+    world = load_world(file, resolution_m=0.1)
+    np.testing.assert_array_equal(world.free, [[1, 0]])
+    coarse = nav2(tmp_path, [[254, 0]], resolution=0.25)
+    world = load_world(coarse)
+    assert world.resolution_m == pytest.approx(0.25 / 3)
+    assert world.free.shape == (3, 6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "says"),
+    [
+        ({"resolution": None}, "key 'resolution' is missing"),
+        ({"image": None}, "key 'image' is missing"),
+        ({"free_thresh": None}, "key 'free_thresh' is missing"),
+        ({"free_thresh": None, "free_tresh": 0.2}, "did you mean 'free_tresh'"),
+        ({"origin": "[0, 0, 0.3]"}, "yaw = 0.3 rad, only 0 is supported"),
+        ({"origin": "[0, a, 0]"}, "origin = "),
+        ({"origin": 3}, "origin = 3"),
+        ({"resolution": 0}, "resolution = 0, expected metres above 0"),
+        ({"resolution": -0.1}, "resolution = -0.1"),
+        ({"resolution": ".nan"}, "resolution = nan"),
+        ({"resolution": "fine"}, "resolution = 'fine'"),
+        ({"image": "other.pgm"}, "does not exist"),
+        ({"image": 7}, "image = 7"),
+        ({"mode": "trinry"}, "did you mean 'trinary'"),
+        ({"negate": 2}, "negate = 2"),
+        ({"free_thresh": 0.7}, "free_thresh = 0.7, occupied_thresh = 0.65"),
+        ({"free_thresh": 0}, "no pixel of 'map.pgm' is free"),
+        ({"resolution": 100.0}, "too large"),
+        ({"image": "[a, b"}, "is no YAML"),
+    ],
+)
+def test_broken_nav2(tmp_path, keys, says):
+    shown = {**keys}
+    pixels = np.full((40, 40), 254)
+    nav2(tmp_path, pixels)
+    file = nav2(tmp_path, pixels) if "image" not in keys else tmp_path / "map.yaml"
+    given_keys = {**NAV2, **shown}
+    text = "\n".join(f"{key}: {value}" for key, value in given_keys.items() if value is not None)
+    file.write_text(text)
+    one_line(says, file)
+
+
+def one_line(says: str, *what: object, **options: object) -> None:
+    """Loading fails with one line that says this."""
+    with pytest.raises(WorldError) as caught:
+        load_world(*what, **options)
+    assert says in str(caught.value), str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 500
+
+
+def test_broken_yaml_files(tmp_path):
+    file = tmp_path / "map.yaml"
+    file.write_bytes(b"\xff\xfe\x00\x01")
+    one_line("is no nav2 map", file)
+    file.write_bytes(b"image: \x00")
+    one_line("is no YAML", file)
+    file.write_text("- 1\n- 2\n")
+    one_line("is no nav2 map", file)
+    one_line("does not exist", tmp_path / "none.yaml")
+
+
+def test_broken_images(tmp_path):
+    good = nav2(tmp_path, np.full((40, 40), 254))
+    packed = (tmp_path / "map.pgm").read_bytes()
+    (tmp_path / "map.pgm").write_bytes(packed[: len(packed) // 2])
+    one_line("cannot read the image", good)
+    (tmp_path / "map.pgm").write_bytes(b"P5\n100000 100000\n255\n" + b"\0" * 100)
+    one_line("too many pixels", good)
+    (tmp_path / "map.pgm").write_bytes(b"P5\n9000 9000\n255\n" + b"\0" * 100)
+    one_line("too large", good)
+    (tmp_path / "map.pgm").write_bytes(b"no image at all")
+    one_line("cannot read the image", good)
+    (tmp_path / "map.pgm").write_bytes(b"P5\nx y\n255\n")
+    one_line("cannot read the image", good)
+
+
+def test_movingai(tmp_path):
+    file = tmp_path / "tiny.map"
+    file.write_text(OCTILE)
+    world = load_world(file, resolution_m=0.5)
+    np.testing.assert_array_equal(world.free, [[1, 0, 0], [1, 1, 0]])
+    assert load_world(file).free.shape == (10, 15)
+    assert load_world(file).resolution_m == pytest.approx(0.1)
+    assert load_world(file, cell_m=0.3).free.shape == (6, 9)
+    file.write_bytes(OCTILE.replace("\n", "\r\n").encode())
+    assert load_world(file).free.sum() == 3 * 25
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "line 1: '', expected 'type octile'"),
+        (OCTILE.replace("octile", "tile"), "expected 'type octile'"),
+        (
+            OCTILE.replace("height 2", "height two"),
+            "line 2: 'height two', expected 'height NUMBER'",
+        ),
+        (OCTILE.replace("height 2", "height -2"), "expected 'height NUMBER'"),
+        (OCTILE.replace("height 2", "height 0"), "expected 'height NUMBER'"),
+        (OCTILE.replace("width 3", "w 3"), "expected 'width NUMBER'"),
+        (OCTILE.replace("height 2", "height 3"), "height says 3 rows, but there are 2"),
+        (OCTILE.replace("STO", "ST"), "line 6: 2 characters, but width says 3"),
+        (OCTILE.replace("T", "x"), "line 6, column 2: unknown terrain 'x'"),
+        (OCTILE.replace("width 3", "width 999999999"), "too large"),
+        ("type octile\nheight 1\nwidth 2\nmap\n@T\n", "nothing is free"),
+    ],
+)
+def test_broken_movingai(tmp_path, text, says):
+    file = tmp_path / "tiny.map"
+    file.write_text(text)
+    one_line(says, file)
+
+
+@pytest.mark.parametrize("cell_m", [0.0, -1.0, float("nan"), float("inf")])
+def test_impossible_cells(tmp_path, cell_m):
+    file = tmp_path / "tiny.map"
+    file.write_text(OCTILE)
+    one_line("cell_m = ", file, cell_m=cell_m)
+    one_line("resolution_m = ", file, resolution_m=cell_m)
+    one_line("resolution_m = ", "lava-tube", resolution_m=cell_m)
+
+
+def test_absurd_cells(tmp_path):
+    file = tmp_path / "tiny.map"
+    file.write_text(OCTILE)
+    one_line("too large", file, cell_m=1e6)
+    one_line("too large", file, resolution_m=1e-6)
+    one_line("coarser than the whole raster", file, resolution_m=50.0)
+
+
+def test_plain_images(tmp_path):
+    colours = np.zeros((2, 3, 3), dtype=np.uint8)
+    colours[0, 0] = 255
+    colours[1, 1] = (200, 190, 180)
+    Image.fromarray(colours).save(tmp_path / "plan.png")
+    world = load_world(tmp_path / "plan.png", cell_m=0.05)
+    np.testing.assert_array_equal(world.free, [[0, 1, 0], [1, 0, 0]])
+    Image.fromarray(np.array([[0, 60000], [65535, 100]], dtype=np.uint16)).save(tmp_path / "d.png")
+    np.testing.assert_array_equal(load_world(tmp_path / "d.png").free, [[1, 0], [0, 1]])
+    Image.fromarray(colours).convert("P").save(tmp_path / "p.png")
+    np.testing.assert_array_equal(load_world(tmp_path / "p.png").free, [[0, 1, 0], [1, 0, 0]])
+    Image.fromarray(np.eye(4) > 0).save(tmp_path / "bits.png")
+    assert load_world(tmp_path / "bits.png").free.sum() == 4
+    Image.new("L", (9, 9), 100).save(tmp_path / "grey.png")
+    one_line("has no free pixel", tmp_path / "grey.png")
+
+
+def test_arrays_on_disk(tmp_path):
+    file = tmp_path / "a.npy"
+    np.save(file, np.array([[True, False], [True, True]]))
+    world = load_world(file, cell_m=0.1)
+    np.testing.assert_array_equal(world.free, [[1, 0], [1, 1]])
+    for broken, says in (
+        (np.ones((2, 2, 2), dtype=np.uint8), "expected (rows, columns)"),
+        (np.ones((2, 2)), "dtype float64"),
+        (np.array([[255, 0]], dtype=np.uint8), "from 0 to 255"),
+        (np.array([[-1, 0]]), "from -1 to 0"),
+        (np.zeros((3, 3), dtype=np.int8), "nothing is free"),
+        (np.zeros((0, 3), dtype=np.uint8), "expected (rows, columns)"),
+        (np.array([["a"]]), "dtype <U1"),
+    ):
+        np.save(file, broken)
+        one_line(says, file)
+    np.save(file, np.array([{"a": 1}], dtype=object), allow_pickle=True)
+    one_line("cannot read the array", file)
+    np.save(file, np.ones((50, 50), dtype=np.uint8))
+    packed = file.read_bytes()
+    for length in (0, 5, 60, 500):
+        file.write_bytes(packed[:length])
+        one_line("cannot read the array", file)
+    huge = packed.replace(b"(50, 50), }" + b" " * 10, b"(5000000, 5000000), }")
+    assert huge != packed
+    file.write_bytes(huge)
+    one_line("cannot read the array", file)
+
+
+def test_ascii():
+    world = world_from_ascii("\n#####\n#S.C#\n##\n", 0.5)
+    np.testing.assert_array_equal(world.free, [[0] * 5, [0, 1, 1, 1, 0], [0] * 5])
+    assert world.start_m == (0.75, 0.75)
+    np.testing.assert_allclose(world.stations_m, [[1.75, 0.75]])
+    with pytest.raises(WorldError, match="line 2, column 2: unknown character 'x'"):
+        world_from_ascii("...\n.x.")
+    with pytest.raises(WorldError, match="2 starts"):
+        world_from_ascii("SS")
+    for empty in ("", "\n\n", "###"):
+        with pytest.raises(WorldError, match=r"nothing is free|expected \(rows"):
+            world_from_ascii(empty)
+
+
+def test_arrays_in_memory_are_not_shared():
+    free = np.ones((3, 3), dtype=np.uint8)
+    world = world_from_array(free)
+    free[:] = 0
+    assert world.free.sum() == 9
+    with pytest.raises(WorldError, match="start_m = "):
+        world_from_array(world.free, start_m=(1.0, float("nan")))
+    with pytest.raises(WorldError, match="stations_m = "):
+        world_from_array(world.free, stations_m=[[1.0, 2.0, 3.0]])
+
+
+@given(
+    st.integers(0, 2**32 - 1), st.sampled_from([0.03, 0.05, 0.1, 0.5]),
+    st.sampled_from([0.05, 0.07, 0.1, 0.13, 0.25]),
+)  # fmt: skip
+def test_resampling_never_frees_a_wall(seed, cell, wanted):
+    rng = np.random.default_rng(seed)
+    free = (rng.uniform(size=(23, 31)) < 0.9).astype(np.uint8)
+    new = resampled(free, cell, wanted)
+    assert new.shape[0] * wanted <= 23 * cell + 1e-6
+    for row, col in np.ndindex(new.shape):
+        rows = slice(
+            int(row * wanted / cell + 1e-6), int(np.ceil((row + 1) * wanted / cell - 1e-6))
+        )
+        cols = slice(
+            int(col * wanted / cell + 1e-6), int(np.ceil((col + 1) * wanted / cell - 1e-6))
+        )
+        assert new[row, col] == free[rows, cols].all()
+
+
+@given(st.floats(0.01, 3.0), st.integers(1, 5))
+def test_refining_keeps_the_area(cell, size):
+    free = np.eye(size, dtype=np.uint8)
+    raster, edge = refined(free, cell, None)
+    assert edge <= 0.1 + 1e-9 or edge == cell
+    assert raster.sum() * edge**2 == pytest.approx(size * cell**2)

@@ -1,0 +1,84 @@
+"""``swarmscout worlds``: list, show, generate, import."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from swarmscout.cli.worlds import app
+from swarmscout.core.errors import WorldError
+from swarmscout.worlds import load_world
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words: str) -> str:
+        app(list(words), result_action="return_value", exit_on_error=False, print_error=False)
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_list(command):
+    assert "lava-tube-braided  " in command("list")
+
+
+def test_show(command, tmp_path):
+    told = command("show", "lava-tube-small", "--seed", "2", "--resolution", "0.25")
+    assert "reachable from the start" in told
+    assert (tmp_path / "lava-tube-small-2.png").stat().st_size > 10_000
+
+
+def test_generate(command, tmp_path):
+    told = command(
+        "generate", "mine", "--like", "lava-tube-small", "--seed", "4", "--branches", "1",
+        "--resolution", "0.25", "--out", "made",
+    )  # fmt: skip
+    assert "world: made" in told
+    world = load_world(tmp_path / "made")
+    assert world.name == "mine"
+    assert world.source["branches"] == 1
+    assert world.source["seed"] == 4
+    assert (tmp_path / "made" / "world.png").exists()
+    with pytest.raises(WorldError, match="is there already"):
+        command("generate", "--out", "made")
+
+
+def test_import(command, tmp_path):
+    np.save("plan.npy", np.ones((40, 60), dtype=np.uint8))
+    told = command(
+        "import", "plan.npy", "--metres-per-cell", "0.1", "--start", "1,1", "--station", "2,2",
+        "--station=3,1.5", "--robots", "5",
+    )  # fmt: skip
+    assert "free: 24.0 m², reachable from the start: 24.0 m²" in told
+    world = load_world(tmp_path / "plan")
+    assert world.start_m == (1.0, 1.0)
+    assert world.stations_m is not None
+    assert world.stations_m.tolist() == [[2.0, 2.0], [3.0, 1.5]]
+
+
+def test_import_of_what_no_mission_can_use_writes_nothing(command, tmp_path):
+    np.save("plan.npy", np.ones((40, 60), dtype=np.uint8))
+    with pytest.raises(WorldError, match=r"station 0 .* lies outside"):
+        command("import", "plan.npy", "--station", "99,2", "--out", "w")
+    with pytest.raises(WorldError, match="--start 'here': expected X,Y"):
+        command("import", "plan.npy", "--start", "here")
+    with pytest.raises(WorldError, match="no named world: did you mean 'lava-tube'"):
+        command("generate", "--like", "lava-tub")
+    assert not (tmp_path / "w").exists()
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys, swarmscout.cli.worlds as w\n"
+        "w.app(['generate', '--help'], result_action='return_value')\n"
+        "assert not {'numpy', 'numba', 'scipy', 'matplotlib'} & set(sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "--branch-length" in done.stdout
