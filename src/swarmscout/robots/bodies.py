@@ -1,0 +1,79 @@
+"""All robots' bodies as a structure of arrays; row i belongs to robot i."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["TICKS", "Bodies", "heading_table", "place_bodies", "to_ticks"]
+
+TICKS = 3600
+"""Headings are counted in tenths of a degree, so that turning never accumulates rounding errors."""
+
+
+def to_ticks(angle_deg: float) -> int:
+    """An angle in degrees as a whole number of heading ticks."""
+    return round(angle_deg * TICKS / 360)
+
+
+def heading_table() -> NDArray[np.float64]:
+    """``(cos, sin)`` [3600, 2] of every heading.
+
+    Rounded to 15 decimals, so that two machines whose C libraries differ in the last bit still
+    compute the same mission.
+    """
+    angles = [2.0 * math.pi * tick / TICKS for tick in range(TICKS)]
+    return np.array([(round(math.cos(a), 15), round(math.sin(a), 15)) for a in angles])
+
+
+@dataclass(slots=True)
+class Bodies:
+    """The truth about N robots.
+
+    Attributes:
+        position: float64[N, 2], x and y of the centres in metres.
+        heading: int64[N], counter-clockwise from +x in ticks of 0.1°, in [0, 3600).
+        charge: float64[N], charge left, in steps.
+        alive: bool[N], False once the charge is gone: such a robot does nothing any more.
+        contact: int64[N], what the last move touched: 0 nothing, 1 a wall, 2 a robot.
+        contact_offset: float64[N, 2], where it touched a wall, seen from its centre, in metres.
+        touched: int64[N], which robot it touched, or -1.
+    """
+
+    position: NDArray[np.float64]
+    heading: NDArray[np.int64]
+    charge: NDArray[np.float64]
+    alive: NDArray[np.bool_]
+    contact: NDArray[np.int64]
+    contact_offset: NDArray[np.float64]
+    touched: NDArray[np.int64]
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """float64[N, 3]: x_m, y_m, heading_rad."""
+        return np.column_stack([self.position, self.heading * (2.0 * math.pi / TICKS)])
+
+
+def place_bodies(
+    position: NDArray[np.float64], heading: NDArray[np.int64], charge: NDArray[np.float64]
+) -> Bodies:
+    """Robots that stand where they are put.
+
+    Args:
+        position: float64[N, 2] centres in metres.
+        heading: int64[N] headings in ticks.
+        charge: float64[N] charge in steps.
+    """
+    robots = len(position)
+    return Bodies(
+        position=np.ascontiguousarray(position, dtype=np.float64),
+        heading=np.ascontiguousarray(heading, dtype=np.int64) % TICKS,
+        charge=np.ascontiguousarray(charge, dtype=np.float64),
+        alive=np.ones(robots, dtype=np.bool_),
+        contact=np.zeros(robots, dtype=np.int64),
+        contact_offset=np.zeros((robots, 2)),
+        touched=np.full(robots, -1, dtype=np.int64),
+    )
