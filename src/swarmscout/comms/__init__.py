@@ -1,0 +1,1 @@
+"""Communication: who hears whom, and what beacons carry."""

@@ -1,0 +1,285 @@
+"""Phase 6 of a step: leaders that need a destination choose one.
+
+All leaders that need one see the same snapshot; their answers are applied in the order of robots,
+so nothing depends on who was asked first.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.codes import CAUSES, CHARGE
+from swarmscout.core.errors import SelectorError
+from swarmscout.core.recorder import Decision
+from swarmscout.destinations.renewal import due_step, find_stale, share_destinations
+from swarmscout.destinations.selector import Choice, Selector
+from swarmscout.mapping.occupancy import FRONTIER, OccupancyGrids
+from swarmscout.minds.minds import (
+    CHOSEN_AT,
+    DESTINATION,
+    DUE_AT,
+    LEADER,
+    MODE,
+    NEEDS,
+    SIZE,
+    STEP,
+    TEAM,
+    Minds,
+)
+from swarmscout.minds.view import LeaderView, OtherTeams
+from swarmscout.planning.route_table import FAILED_UNTIL
+from swarmscout.planning.routes import Planner
+
+__all__ = ["Destinations"]
+
+
+class Destinations:
+    """Asks the selector for the leaders that need a destination.
+
+    Attributes:
+        selector: the rule.
+        name: what it is called in records.
+        memories: per robot, what the selector wants to remember.
+        seconds: how long the last step's decisions took.
+    """
+
+    def __init__(
+        self,
+        selector: Selector,
+        name: str,
+        *,
+        seed: int,
+        robots: int,
+        heading_unit_rad: float,
+        forward_m: float,
+        reach_m: float,
+        stale_rule: bool,
+        overdue: tuple[float, int],
+        avoid_steps: int,
+        team_position: str,
+    ) -> None:
+        self.selector = selector
+        self.name = name
+        self.memories: list[Any] = [None] * robots
+        self.seconds = 0.0
+        self._seed = seed
+        self._heading_unit_rad = heading_unit_rad
+        self._forward_m = forward_m
+        self._reach_m = reach_m
+        self._stale_rule = stale_rule
+        self._overdue = overdue
+        self._avoid_steps = avoid_steps
+        self._centre = team_position == "center"
+
+    def decide(
+        self,
+        minds: Minds,
+        grids: OccupancyGrids,
+        planner: Planner,
+        links: NDArray[np.bool_],
+        step: int,
+        events: NDArray[np.int64],
+        count: NDArray[np.int64],
+    ) -> list[Decision]:
+        """Find who needs a destination, ask, apply, and let members know.
+
+        Returns:
+            The step's decisions, in robot order.
+
+        Raises:
+            SelectorError: the selector failed, or chose a cell that is no frontier of its view.
+        """
+        started = perf_counter()
+        frame = grids.frame
+        previous = minds.state[:, DESTINATION].copy()
+        no_route = planner.table.state[:, FAILED_UNTIL] > 0
+        asking = find_stale(
+            minds.state, minds.sending, links, minds.heard_state, minds.heard_reading,
+            grids.status, FRONTIER, no_route, minds.avoided, minds.avoided_next,
+            frame.origin_x_m, frame.origin_y_m, frame.cell_m, frame.columns,
+            self._reach_m, self._stale_rule, self._avoid_steps, step, events, count,
+        )  # fmt: skip
+        decisions: list[Decision] = []
+        if asking:
+            frontiers: dict[int, _Frontiers] = {}
+            views = []
+            for leader in np.flatnonzero(minds.state[:, NEEDS]).tolist():
+                m = minds.row(leader)
+                if m not in frontiers:
+                    frontiers[m] = _Frontiers(grids, m)
+                if len(frontiers[m].flat):
+                    views.append(
+                        self._view(
+                            minds, grids, planner, links, frontiers[m], leader, previous, step
+                        )
+                    )
+            for view in views:
+                decisions.append(self._apply(view, self._ask(view), minds))
+        share_destinations(minds.state, minds.sending, links, minds.listeners == 1)
+        self.seconds = perf_counter() - started
+        return decisions
+
+    def _ask(self, view: LeaderView) -> Choice:
+        try:
+            choice = self.selector.choose(view, self.memories[view.robot])
+        except Exception as error:
+            raise SelectorError(
+                f"selector '{self.name}' failed in step {view.step} for robot {view.robot}: "
+                f"{type(error).__name__}: {error}"
+            ) from error
+        if not isinstance(choice, Choice):
+            raise SelectorError(
+                f"selector '{self.name}' returned {type(choice).__name__}, not a Choice "
+                f"(step {view.step}, robot {view.robot})"
+            )
+        return choice
+
+    def _apply(self, view: LeaderView, choice: Choice, minds: Minds) -> Decision:
+        robot, frame = view.robot, view.frame
+        try:
+            row, col = (operator.index(part) for part in choice.cell)
+        except (TypeError, ValueError):
+            row, col = -1, -1
+        if not (view.frontiers == (row, col)).all(axis=1).any():
+            raise SelectorError(
+                f"selector '{self.name}' chose cell {choice.cell!r}, which is no frontier of "
+                f"robot {robot}'s view in step {view.step}; choose one of view.frontiers"
+            )
+        x_m, y_m = frame.centre_of(row, col)
+        distance_m = math.hypot(x_m - view.position_m[0], y_m - view.position_m[1])
+        state = minds.state[robot]
+        state[DESTINATION] = frame.flat(row, col)
+        state[CHOSEN_AT] = view.step
+        state[DUE_AT] = due_step(view.step, distance_m, self._forward_m, *self._overdue)
+        self.memories[robot] = choice.memory
+        near_frontiers, near_obstacles = view.neighbour_counts((row, col))
+        return Decision(
+            step=view.step,
+            team=int(state[TEAM]),
+            leader=robot,
+            cause=view.cause,
+            selector=self.name,
+            cell=(row, col),
+            x_m=x_m,
+            y_m=y_m,
+            distance_m=distance_m,
+            frontiers=len(view.frontiers),
+            frontier_neighbours=near_frontiers,
+            obstacle_neighbours=near_obstacles,
+            reason=choice.reason,
+            details=choice.details,
+        )
+
+    def _view(
+        self,
+        minds: Minds,
+        grids: OccupancyGrids,
+        planner: Planner,
+        links: NDArray[np.bool_],
+        frontiers: _Frontiers,
+        leader: int,
+        previous: NDArray[np.int64],
+        step: int,
+    ) -> LeaderView:
+        m = minds.row(leader)
+        x_m, y_m, heading, charge = minds.reading[leader].tolist()
+        # Who belongs to the team is known through the second exchange of phase 5.
+        hears = minds.sending if minds.listeners == 1 else minds.sending & links[leader]
+        in_team = hears & (minds.team == minds.team[leader])
+        in_team[leader] = True
+        members = np.flatnonzero(in_team)
+        members_m = minds.heard_reading[m, members, :2]
+        position_m = (x_m, y_m)
+        if self._centre:
+            position_m = (float(members_m[:, 0].mean()), float(members_m[:, 1].mean()))
+        cells, centres_m = frontiers.without(minds.avoided[leader], step)
+        last = int(previous[leader])
+        members.flags.writeable = False
+        members_m.flags.writeable = False
+        return LeaderView(
+            step=step,
+            robot=leader,
+            pose=(x_m, y_m, heading * self._heading_unit_rad),
+            position_m=position_m,
+            charge=charge,
+            frame=grids.frame,
+            frontiers=cells,
+            frontiers_m=centres_m,
+            members=members,
+            members_m=members_m,
+            previous=None if last < 0 else grids.frame.unflat(last),
+            cause=CAUSES[minds.state[leader, NEEDS]],
+            _seed=self._seed,
+            _map=grids.view(m),
+            _others=lambda: self._other_teams(minds, grids, m, leader),
+            _route_costs=_route_costs(planner, grids, m, (x_m, y_m)),
+        )
+
+    def _other_teams(self, minds: Minds, grids: OccupancyGrids, m: int, leader: int) -> OtherTeams:
+        """What the beacons of this step (or the last that were heard) say of other teams."""
+        heard, reading = minds.heard_state[m], minds.heard_reading[m]
+        speaks = (heard[:, STEP] >= 0) & (heard[:, LEADER] == np.arange(len(heard)))
+        speaks &= (heard[:, MODE] != CHARGE) & (heard[:, TEAM] != minds.team[leader])
+        speaks[leader] = False
+        leaders = np.flatnonzero(speaks)
+        flat = heard[leaders, DESTINATION]
+        destinations_m = grids.frame.centres_of(grids.frame.unflat_many(flat))
+        destinations_m[flat < 0] = np.nan
+        positions_m = reading[leaders, :2]
+        if self._centre:
+            positions_m = np.array(
+                [reading[heard[:, LEADER] == other, :2].mean(axis=0) for other in leaders]
+            ).reshape(-1, 2)
+        sizes = heard[leaders, SIZE]
+        for array in (leaders, sizes, positions_m, destinations_m):
+            array.flags.writeable = False
+        return OtherTeams(leaders, sizes, positions_m, destinations_m)
+
+
+class _Frontiers:
+    """The frontiers of one map in one step, made once for all leaders that see it."""
+
+    def __init__(self, grids: OccupancyGrids, m: int) -> None:
+        self.flat = grids.frontiers(m)
+        self.cells = grids.frame.unflat_many(self.flat)
+        self.centres_m = grids.frame.centres_of(self.cells)
+        self.cells.flags.writeable = False
+        self.centres_m.flags.writeable = False
+
+    def without(
+        self, avoided: NDArray[np.int64], step: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Cells and centres but for those avoided now; all of them if nothing else is left."""
+        active = avoided[avoided[:, 1] >= step, 0]
+        if len(active):
+            # `flat` is sorted, so each avoided cell can stand in one place only.
+            at = np.minimum(np.searchsorted(self.flat, active), len(self.flat) - 1)
+            keep = np.ones(len(self.flat), dtype=np.bool_)
+            keep[at[self.flat[at] == active]] = False
+            if keep.any():
+                cells, centres_m = self.cells[keep], self.centres_m[keep]
+                cells.flags.writeable = False
+                centres_m.flags.writeable = False
+                return cells, centres_m
+        return self.cells, self.centres_m
+
+
+def _route_costs(
+    planner: Planner, grids: OccupancyGrids, m: int, from_m: tuple[float, float]
+) -> Callable[[NDArray[np.int64], int | None], NDArray[np.float64]]:
+    def costs(cells: NDArray[np.int64], nearest: int | None) -> NDArray[np.float64]:
+        row, col = grids.frame.cell_of(*from_m)
+        start = grids.frame.flat(
+            min(max(row, 0), grids.frame.rows - 1), min(max(col, 0), grids.frame.columns - 1)
+        )
+        targets = cells[:, 0] * grids.frame.columns + cells[:, 1]
+        return planner.costs_from(grids, m, start, targets, nearest)
+
+    return costs

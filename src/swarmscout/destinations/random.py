@@ -1,0 +1,21 @@
+"""Any frontier, each as likely as the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from swarmscout.destinations.selector import Choice
+from swarmscout.minds.view import LeaderView
+
+__all__ = ["Random"]
+
+
+@dataclass(frozen=True, slots=True)
+class Random:
+    """Any frontier, each as likely as the other: what a rule has to beat."""
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        """See :class:`swarmscout.destinations.selector.Selector`."""
+        row, col = view.frontiers[view.rng.integers(len(view.frontiers))].tolist()
+        return Choice((row, col), reason=f"one of {len(view.frontiers)} at random")

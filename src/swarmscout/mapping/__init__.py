@@ -1,0 +1,1 @@
+"""Mapping: scans become evidence, evidence is exchanged, and summed up in occupancy grids."""

@@ -1,0 +1,283 @@
+"""Occupancy grids: labels, prices for routes, and frontiers, kept up to date cell by cell.
+
+A frontier is a free cell with an unknown neighbour (paper, "Task description"; Yamauchi 1998).
+Whether a cell is one can change only when its own label or a neighbour's does, so each change of a
+label looks at nine cells and no more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.grid import GridFrame
+from swarmscout.core.jit import inlined, kernel
+from swarmscout.mapping.log_odds import InverseSensorModel
+
+__all__ = ["FRONTIER", "BeliefView", "OccupancyGrids", "apply_evidence", "collect_frontiers"]
+
+FRONTIER = 4
+"""The bit of a cell's status that marks a frontier; the lower bits are its label."""
+LABEL_BITS = 3
+
+CLOSED = 0  # counts[CLOSED]: cells that became occupied in the last update
+KNOWN_FREE = 1  # counts[KNOWN_FREE]: cells that are free now
+KNOWN_OCCUPIED = 2
+FRONTIERS = 3
+
+
+@inlined
+def _is_frontier(status, row, col, rows, columns, neighbours):  # type: ignore[no-untyped-def]
+    if status[row * columns + col] & LABEL_BITS != FREE:
+        return False
+    for near_row in range(max(0, row - 1), min(rows, row + 2)):
+        for near_col in range(max(0, col - 1), min(columns, col + 2)):
+            if neighbours == 4 and near_row != row and near_col != col:
+                continue
+            if status[near_row * columns + near_col] & LABEL_BITS == UNKNOWN:
+                return True
+    return False
+
+
+@kernel
+def apply_evidence(  # type: ignore[no-untyped-def]
+    m, evidence, status, price, counts, bounds, stamps, touched, before,
+    cells, increments, low, high, rows, columns, thresholds, permille, neighbours,
+):  # fmt: skip
+    """Add log entries to one map and bring all that is derived from it up to date.
+
+    Args:
+        m: which map: a row of the next five.
+        evidence: int32[K, C] summed log-odds; status: uint8[K, C']; price: int16[K, C].
+        counts: int64[K, 4]; bounds: int64[K, 2], first and last row with a known cell.
+        stamps: int64[C + 1], scratch: which update touched a cell last; [-1] counts updates.
+        touched: int64[C], written: the cells that the entries name, each once.
+        before: int32[C], written beside it: their evidence before.
+        cells, increments: int64[N, capacity], the logs.
+        low, high: int64[N], of robot k's log the entries low[k] … high[k] - 1 are added.
+        rows, columns: the grid's shape.
+        thresholds: int64[4]: lowest, highest, free_below, occupied_above.
+        permille: int16[highest - lowest + 1], probabilities of log-odds.
+        neighbours: 4 or 8, for frontiers.
+
+    Returns:
+        How many cells were touched.
+    """
+    lowest, highest, free_below, occupied_above = (
+        thresholds[0], thresholds[1], thresholds[2], thresholds[3],
+    )  # fmt: skip
+    stamps[-1] += 1
+    now = stamps[-1]
+    n = 0
+    for k in range(cells.shape[0]):
+        for e in range(low[k], high[k]):
+            cell = cells[k, e]
+            if stamps[cell] != now:
+                stamps[cell] = now
+                touched[n] = cell
+                before[n] = evidence[m, cell]
+                n += 1
+            evidence[m, cell] += increments[k, e]
+    counts[m, CLOSED] = 0
+    for t in range(n):
+        cell = touched[t]
+        read = min(highest, max(lowest, evidence[m, cell]))
+        label = UNKNOWN
+        if read < free_below:
+            label = FREE
+        elif read > occupied_above:
+            label = OCCUPIED
+        price[m, cell] = -1 if label == OCCUPIED else permille[read - lowest]
+        old = status[m, cell] & LABEL_BITS
+        if label == old:
+            continue
+        status[m, cell] = (status[m, cell] & FRONTIER) | label
+        counts[m, CLOSED] += label == OCCUPIED
+        counts[m, KNOWN_FREE] += (label == FREE) - (old == FREE)
+        counts[m, KNOWN_OCCUPIED] += (label == OCCUPIED) - (old == OCCUPIED)
+        row = cell // columns
+        col = cell % columns
+        bounds[m, 0] = min(bounds[m, 0], row)
+        bounds[m, 1] = max(bounds[m, 1], row)
+        for near_row in range(max(0, row - 1), min(rows, row + 2)):
+            for near_col in range(max(0, col - 1), min(columns, col + 2)):
+                near = near_row * columns + near_col
+                was = status[m, near] & FRONTIER
+                if _is_frontier(status[m], near_row, near_col, rows, columns, neighbours):
+                    status[m, near] |= FRONTIER
+                    counts[m, FRONTIERS] += was == 0
+                else:
+                    status[m, near] &= LABEL_BITS
+                    counts[m, FRONTIERS] -= was != 0
+    return n
+
+
+@kernel
+def collect_frontiers(words, bounds, columns, size, found):  # type: ignore[no-untyped-def]
+    """List the frontier cells of one map in the order of their flat index.
+
+    Args:
+        words: uint64[C' / 8], the map's status, eight cells a word.
+        bounds: int64[2], first and last row with a known cell.
+        columns: of the grid; size: its number of cells.
+        found: int64[frontiers], written.
+
+    Returns:
+        How many there are.
+    """
+    n = 0
+    any_frontier = np.uint64(0x0404040404040404)
+    first = bounds[0] * columns // 8
+    last = min((bounds[1] + 1) * columns // 8 + 1, words.shape[0])
+    for w in range(first, last):
+        word = words[w] & any_frontier
+        if word == 0:
+            continue
+        for b in range(8):
+            if word & (np.uint64(4) << np.uint64(8 * b)) and 8 * w + b < size:
+                found[n] = 8 * w + b
+                n += 1
+    return n
+
+
+@kernel
+def count_neighbours(status, row, col, rows, columns):  # type: ignore[no-untyped-def]
+    """Frontier and occupied cells among a cell's 8 neighbours.
+
+    Args:
+        status: uint8[C'], of one map; row, col: the cell; rows, columns: the grid's shape.
+    """
+    frontiers = 0
+    occupied = 0
+    for near_row in range(max(0, row - 1), min(rows, row + 2)):
+        for near_col in range(max(0, col - 1), min(columns, col + 2)):
+            if near_row == row and near_col == col:
+                continue
+            near = status[near_row * columns + near_col]
+            frontiers += near & FRONTIER != 0
+            occupied += near & LABEL_BITS == OCCUPIED
+    return frontiers, occupied
+
+
+class BeliefView:
+    """One robot's occupancy grid, to be looked at.
+
+    Attributes:
+        frame: where it lies.
+        model: how its evidence is read.
+    """
+
+    def __init__(self, grids: OccupancyGrids, m: int) -> None:
+        self._grids = grids
+        self._m = m
+        self.frame = grids.frame
+        self.model = grids.model
+
+    @property
+    def labels(self) -> NDArray[np.uint8]:
+        """uint8[rows, columns]: UNKNOWN, FREE or OCCUPIED."""
+        status = self._grids.status[self._m, : self.frame.size]
+        labels: NDArray[np.uint8] = status & np.uint8(LABEL_BITS)
+        return labels.reshape(self.frame.shape)
+
+    @property
+    def log_odds(self) -> NDArray[np.int32]:
+        """int32[rows, columns]: log-odds as read, saturated, in 1/1000 nat."""
+        log_odds: NDArray[np.int32] = np.clip(
+            self._grids.evidence[self._m], self.model.lowest, self.model.highest
+        )
+        return log_odds.reshape(self.frame.shape)
+
+    @property
+    def evidence(self) -> NDArray[np.int32]:
+        """int32[rows, columns]: summed evidence, not saturated, in 1/1000 nat (read-only)."""
+        view: NDArray[np.int32] = self._grids.evidence[self._m].reshape(self.frame.shape)
+        view.flags.writeable = False
+        return view
+
+    def frontiers(self) -> NDArray[np.int64]:
+        """int64[n, 2]: frontier cells (row, col), by row and then by column."""
+        return self.frame.unflat_many(self._grids.frontiers(self._m))
+
+    def neighbour_counts(self, cell: tuple[int, int]) -> tuple[int, int]:
+        """Frontier and occupied cells among a cell's 8 neighbours."""
+        frontiers, occupied = count_neighbours(
+            self._grids.status[self._m], cell[0], cell[1], self.frame.rows, self.frame.columns
+        )
+        return int(frontiers), int(occupied)
+
+
+class OccupancyGrids:
+    """K occupancy grids over one frame: one that all share, or one per robot.
+
+    Attributes:
+        frame: where they lie.
+        model: the inverse sensor model.
+        evidence: int32[K, C], summed log-odds in 1/1000 nat.
+        status: uint8[K, C'], label in the lower bits, FRONTIER above; C' is C rounded up to 8.
+        price: int16[K, C], occupancy probability in 1/1000 for route costs; -1: occupied.
+        counts: int64[K, 4]: closed in the last update, free, occupied, frontier cells.
+        touched: int64[C], cells that the last update named; before: int32[C], their evidence
+            before it.
+    """
+
+    def __init__(
+        self, frame: GridFrame, maps: int, model: InverseSensorModel, neighbours: int
+    ) -> None:
+        self.frame = frame
+        self.model = model
+        size = frame.size
+        self.evidence: NDArray[np.int32] = np.zeros((maps, size), dtype=np.int32)
+        self.status: NDArray[np.uint8] = np.zeros((maps, -(-size // 8) * 8), dtype=np.uint8)
+        self.price: NDArray[np.int16] = np.full((maps, size), 500, dtype=np.int16)
+        self.counts: NDArray[np.int64] = np.zeros((maps, 4), dtype=np.int64)
+        self.touched: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
+        self.before: NDArray[np.int32] = np.zeros(size, dtype=np.int32)
+        self._bounds = np.tile(np.array([frame.rows, -1], dtype=np.int64), (maps, 1))
+        self._stamps = np.zeros(size + 1, dtype=np.int64)
+        self._words = self.status.view(np.uint64)
+        self._permille = model.permille()
+        self._neighbours = neighbours
+        self._thresholds = np.array(
+            [model.lowest, model.highest, model.free_below, model.occupied_above], dtype=np.int64
+        )
+
+    def apply(
+        self,
+        m: int,
+        cells: NDArray[np.int64],
+        increments: NDArray[np.int64],
+        low: NDArray[np.int64],
+        high: NDArray[np.int64],
+    ) -> int:
+        """Add entries ``low[k] … high[k] - 1`` of each log k to map m; see the kernel.
+
+        Returns:
+            How many cells the entries name; they stand in ``touched``.
+        """
+        return int(
+            apply_evidence(
+                m, self.evidence, self.status, self.price, self.counts, self._bounds, self._stamps,
+                self.touched, self.before, cells, increments, low, high,
+                self.frame.rows, self.frame.columns, self._thresholds, self._permille,
+                self._neighbours,
+            )
+        )  # fmt: skip
+
+    def frontier_count(self, m: int) -> int:
+        """How many frontier cells map m has."""
+        return int(self.counts[m, FRONTIERS])
+
+    def frontiers(self, m: int) -> NDArray[np.int64]:
+        """int64[n]: flat frontier cells of map m, ascending."""
+        found = np.empty(self.counts[m, FRONTIERS], dtype=np.int64)
+        if len(found):
+            collect_frontiers(
+                self._words[m], self._bounds[m], self.frame.columns, self.frame.size, found
+            )
+        return found
+
+    def view(self, m: int) -> BeliefView:
+        """Map m, to be looked at."""
+        return BeliefView(self, m)

@@ -1,0 +1,133 @@
+"""What a leader's rule gets to see: a small frozen view. What is not in it cannot be used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.grid import GridFrame
+from swarmscout.core.streams import stream
+
+__all__ = ["LeaderView", "OtherTeams"]
+
+T = TypeVar("T", bound=np.generic)
+
+
+@dataclass(frozen=True)
+class OtherTeams:
+    """The other teams, as last heard from their leaders, in the order of their leaders' ids.
+
+    Attributes:
+        leaders: int64[T].
+        sizes: int64[T], members, as their leaders know.
+        positions_m: float64[T, 2].
+        destinations_m: float64[T, 2], NaN for a team without one.
+    """
+
+    leaders: NDArray[np.int64]
+    sizes: NDArray[np.int64]
+    positions_m: NDArray[np.float64]
+    destinations_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LeaderView:
+    """What the leader of a team knows when it chooses a destination.
+
+    All arrays are read-only. Points are ``(x_m, y_m)``; cells are ``(row, col)``.
+
+    Attributes:
+        step: the current step.
+        robot: the leader.
+        pose: ``(x_m, y_m, heading_rad)``, as the leader believes.
+        position_m: the team's position: the leader's, or the mean of its members'.
+        charge: the leader's charge as a share of the capacity.
+        frame: where the map lies.
+        frontiers: int64[F, 2], the cells to choose from: frontiers of the leader's map, but for
+            those that its team gave up lately; by row and then by column. F ≥ 1.
+        frontiers_m: float64[F, 2], their centres in metres.
+        members: int64[n], robots of the team, the leader among them.
+        members_m: float64[n, 2], where they were last heard.
+        previous: the cell of the team's last destination, or None.
+        cause: why a new destination is needed, one of ``core.codes.CAUSES``.
+    """
+
+    step: int
+    robot: int
+    pose: tuple[float, float, float]
+    position_m: tuple[float, float]
+    charge: float
+    frame: GridFrame
+    frontiers: NDArray[np.int64]
+    frontiers_m: NDArray[np.float64]
+    members: NDArray[np.int64]
+    members_m: NDArray[np.float64]
+    previous: tuple[int, int] | None
+    cause: str
+    _seed: int = field(repr=False)
+    _map: Any = field(repr=False)
+    _others: Callable[[], OtherTeams] = field(repr=False)
+    _route_costs: Callable[[NDArray[np.int64], int | None], NDArray[np.float64]] = field(repr=False)
+
+    @cached_property
+    def others(self) -> OtherTeams:
+        """The other teams as last heard."""
+        return self._others()
+
+    @cached_property
+    def labels(self) -> NDArray[np.uint8]:
+        """uint8[rows, cols], the leader's map: UNKNOWN, FREE or OCCUPIED."""
+        return _frozen(self._map.labels)
+
+    @cached_property
+    def log_odds(self) -> NDArray[np.int32]:
+        """int32[rows, cols], the leader's map: log-odds as read, in 1/1000 nat."""
+        return _frozen(self._map.log_odds)
+
+    @cached_property
+    def distances_m(self) -> NDArray[np.float64]:
+        """float64[F], straight distances from the team's position to the frontiers."""
+        offsets = self.frontiers_m - np.array(self.position_m)
+        return _frozen(np.sqrt(offsets[:, 0] ** 2 + offsets[:, 1] ** 2))
+
+    def route_costs(self, nearest: int | None = None) -> NDArray[np.float64]:
+        """Costs of the best routes from the leader to the frontiers.
+
+        Args:
+            nearest: enough if this many of the nearest are known (faster).
+
+        Returns:
+            float64[F] in metres of free way; inf where there is no route (or beyond `nearest`).
+        """
+        return self._route_costs(self.frontiers, nearest)
+
+    @cached_property
+    def rng(self) -> np.random.Generator:
+        """The leader's own generator for this decision, addressed by robot and step."""
+        return stream(self._seed, "decide", self.robot, self.step)
+
+    @cached_property
+    def character(self) -> np.random.Generator:
+        """The leader's own generator for what stays the same over a mission, as a personal bias.
+
+        It starts anew with each view, so the same draws give the same numbers in every step.
+        """
+        return stream(self._seed, "character", self.robot)
+
+    def neighbour_counts(self, cell: tuple[int, int]) -> tuple[int, int]:
+        """Frontier and occupied cells among a cell's 8 neighbours (paper, "LLM-based …").
+
+        Args:
+            cell: ``(row, col)``.
+        """
+        return self._map.neighbour_counts(cell)  # type: ignore[no-any-return]
+
+
+def _frozen(array: NDArray[T]) -> NDArray[T]:
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,143 @@
+"""Phase 7 of a step: routes, each robot for itself, to the shared destination or a station."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.grid import GridFrame
+from swarmscout.mapping.occupancy import OccupancyGrids
+from swarmscout.minds.minds import Minds
+from swarmscout.planning.following import find_needs, steer
+from swarmscout.planning.route_table import RouteTable, blank_routes
+from swarmscout.planning.search import RouteCosts, Search, plan_routes, route_cost_field
+
+__all__ = ["Planner"]
+
+LONG_STILL_STEPS = 10
+"""A robot that has not moved for so long makes routes through its place dearer."""
+
+
+class Planner:
+    """Plans and follows the routes of N robots.
+
+    Attributes:
+        table: the routes.
+        costs: what moving costs.
+        stations_m: float64[k, 2], where the charging stations are.
+    """
+
+    def __init__(
+        self,
+        frame: GridFrame,
+        robots: int,
+        maps: int,
+        costs: RouteCosts,
+        stations_m: NDArray[np.float64],
+        dock_m: float,
+        headings: NDArray[np.float64],
+        turn_ticks: int,
+    ) -> None:
+        self.frame = frame
+        self.costs = costs
+        self.stations_m = stations_m
+        self.table: RouteTable = blank_routes(robots)
+        self._search = Search(frame)
+        self._lengths = np.array(
+            [costs.straight, costs.diagonal, costs.base, costs.least, costs.standing],
+            dtype=np.int64,
+        )
+        self._at_cell = np.zeros(robots, dtype=np.int64)
+        self._dearer = np.full((maps, robots), -1, dtype=np.int64)
+        self._docks = dock_cells(frame, stations_m)
+        self._dock_m = dock_m
+        self._headings = headings
+        self._half_turn = turn_ticks // 2
+
+    def plan(
+        self,
+        minds: Minds,
+        grids: OccupancyGrids,
+        step: int,
+        events: NDArray[np.int64],
+        count: NDArray[np.int64],
+    ) -> None:
+        """Give every robot that needs one a route over its own map."""
+        needs = find_needs(
+            minds.state, minds.reading, minds.sending, grids.price, grids.counts,
+            minds.still, minds.heard_reading, LONG_STILL_STEPS,
+            self.table.state, self.table.cells, self._at_cell, self._dearer,
+            self.frame.origin_x_m, self.frame.origin_y_m, self.frame.cell_m, self.frame.columns,
+            step,
+        )  # fmt: skip
+        if needs:
+            search = self._search
+            plan_routes(
+                grids.price, search.extra, search.nodes, search.searches, search.heap,
+                self._lengths, self._at_cell, self._dearer, minds.robots, self._docks,
+                self.table.state, self.table.cells, self.table.cost, self.frame.columns, step,
+                events, count,
+            )  # fmt: skip
+
+    def steer(self, minds: Minds, contact: NDArray[np.int64], action: NDArray[np.int64]) -> None:
+        """Write each robot's next action."""
+        steer(
+            minds.state, minds.reading, minds.sending, contact, self.stations_m, self._dock_m,
+            self.table.state, self.table.cells, self._headings, self._half_turn,
+            self.frame.origin_x_m, self.frame.origin_y_m, self.frame.cell_m, self.frame.columns,
+            action,
+        )  # fmt: skip
+
+    def costs_from(
+        self,
+        grids: OccupancyGrids,
+        m: int,
+        start: int,
+        targets: NDArray[np.int64],
+        at_most: int | None = None,
+    ) -> NDArray[np.float64]:
+        """Costs of the best routes over map m from one cell to many.
+
+        Args:
+            grids: the maps.
+            m: which one.
+            start: flat cell; it may be occupied, for a robot can always leave its place.
+            targets: int64[n], flat cells.
+            at_most: stop after so many of the nearest targets.
+
+        Returns:
+            float64[n]: costs in metres of free way, inf for a target without a route (or not
+            among the nearest `at_most` and those at equal cost).
+        """
+        found = np.empty(len(targets), dtype=np.int64)
+        search = self._search
+        route_cost_field(
+            grids.price[m], search.extra, search.nodes, search.searches, search.heap, self._lengths,
+            start, targets, len(targets) if at_most is None else at_most, self.frame.columns, found,
+        )  # fmt: skip
+        return np.where(found < 0, np.inf, self.costs.in_metres(found))
+
+
+def dock_cells(frame: GridFrame, stations_m: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The cells that a robot heads for to charge: a station's own, and those round it.
+
+    Several, since a station's own cell may be partly wall, or taken.
+
+    Args:
+        frame: the grid.
+        stations_m: float64[k, 2] in metres.
+
+    Returns:
+        int64[n], flat cells whose centres lie within 1.5 cells of a station, ascending.
+    """
+    found = set()
+    for x_m, y_m in stations_m:
+        row, col = frame.cell_of(float(x_m), float(y_m))
+        for near_row in range(row - 2, row + 3):
+            for near_col in range(col - 2, col + 3):
+                if not frame.contains(near_row, near_col):
+                    continue
+                x, y = frame.centre_of(near_row, near_col)
+                if (x - x_m) ** 2 + (y - y_m) ** 2 <= (1.5 * frame.cell_m) ** 2:
+                    found.add(frame.flat(near_row, near_col))
+    return np.array(sorted(found), dtype=np.int64)

@@ -1,0 +1,1 @@
+"""Team formation: desired sizes, and who leaves, joins and leads."""
