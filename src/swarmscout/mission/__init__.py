@@ -1,0 +1,1 @@
+"""Missions: scenarios, the step, judging."""

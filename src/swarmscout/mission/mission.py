@@ -1,0 +1,307 @@
+"""The step: the order of phases, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.comms.beacons import exchange_beacons
+from swarmscout.core.codes import CHARGE
+from swarmscout.core.errors import ScenarioError
+from swarmscout.core.recorder import Decision, Recorder, StepRecord
+from swarmscout.mapping.evidence import EvidenceLog, observe
+from swarmscout.mapping.exchange import exchange_evidence, share_evidence
+from swarmscout.mapping.occupancy import BeliefView, OccupancyGrids
+from swarmscout.minds.minds import DESIRED, blank_minds
+from swarmscout.minds.modes import choose_modes
+from swarmscout.mission import setup
+from swarmscout.mission.judging import Judge, map_truth
+from swarmscout.mission.scenario import Scenario
+from swarmscout.mission.sensing import Senses
+from swarmscout.robots.battery import spend_or_charge
+from swarmscout.robots.bodies import heading_table, to_ticks
+from swarmscout.robots.motion import Neighbourhood, carry_out
+from swarmscout.teams.desired_size import policy
+from swarmscout.teams.formation import Tally, reorganize
+from swarmscout.worlds.catalogue import load_world
+from swarmscout.worlds.checks import check_world
+from swarmscout.worlds.placing import place_stations
+from swarmscout.worlds.world import World
+
+__all__ = ["RULES_VERSION", "Mission", "package_version"]
+
+RULES_VERSION = 1
+"""Goes up when behaviour changes on purpose, so that old results are not compared with new ones."""
+
+Links = Callable[[int], NDArray[np.bool_]]
+
+
+class Mission:
+    """A swarm of robots that explores an unknown world, step by step.
+
+    Args:
+        scenario: what is run.
+        seed: overrides the scenario's.
+        world: overrides the scenario's; a world that was loaded or made before.
+        recorder: keeps what happens; without one nothing is written.
+        links: who hears whom: a step to bool[N, N]. Then each robot keeps a map of its own. By
+            default everybody hears everybody, and one map serves all (paper, "Robot model").
+        base: folder for relative paths of the scenario, besides the working directory.
+
+    Raises:
+        SwarmscoutError: the scenario, its world or its selector cannot be used.
+
+    Example:
+        >>> mission = Mission(Scenario(world="lava-tube", robots=15, steps=20))
+        >>> mission.step()
+        >>> mission.step_number
+        1
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        seed: int | None = None,
+        world: World | None = None,
+        recorder: Recorder | None = None,
+        links: Links | None = None,
+        base: Path | None = None,
+    ) -> None:
+        if seed is not None:
+            scenario = Scenario.model_validate({**scenario.model_dump(), "seed": seed})
+        if world is None:
+            world = load_world(scenario.world, seed=scenario.world_seed, base=base)
+        self.scenario = scenario
+        self.world = world
+        self.destinations = setup.make_destinations(scenario, base)
+        self.policy = policy(scenario.teams.policy, scenario.teams.desired_size)
+        check_world(world, scenario.robots)
+        self.stations_m = place_stations(world, scenario.robots)
+        self.frame = setup.make_frame(world, scenario)
+        self.bodies = setup.make_bodies(world, scenario)
+
+        robots = scenario.robots
+        shared = links is None
+        self.headings = heading_table()
+        self.senses = Senses(scenario, world, self.headings)
+        self.minds = blank_minds(robots, shared=shared)
+        self.minds.state[:, DESIRED] = self.policy.desired(self.minds.mode)
+        model = setup.make_model(scenario)
+        neighbours = scenario.map.frontier_neighbours
+        self.grids = OccupancyGrids(self.frame, 1 if shared else robots, model, neighbours)
+        # What the swarm as a whole knows: the shared map, or all logs together, for judging.
+        self.swarm = self.grids if shared else OccupancyGrids(self.frame, 1, model, neighbours)
+        sensor, body = scenario.sensor, scenario.body
+        reach_m = max(sensor.range_m, body.radius_m + body.forward_m + world.resolution_m) + 0.5
+        self.log = EvidenceLog(robots, sensor.rays, reach_m, self.frame.cell_m, keep=not shared)
+        self.known = np.zeros((robots, robots) if not shared else (1, 1), dtype=np.int64)
+        self.planner = setup.make_planner(
+            scenario, self.frame, 1 if shared else robots, model, self.stations_m, self.headings
+        )
+        self.judge = Judge(
+            map_truth(world, self.frame, scenario.body.radius_m), robots, scenario.body.forward_m
+        )
+        self.step_number = 0
+        self.end_reason: str | None = None
+        self.action = np.zeros(robots, dtype=np.int64)
+        self.events = np.zeros((8 * robots + 16, 4), dtype=np.int64)
+        self._count = np.zeros(1, dtype=np.int64)
+        self._links = links
+        self._no_links = np.zeros((1, 1), dtype=np.bool_)
+        self._tally = Tally(robots)
+        self._near = Neighbourhood(world.extent, robots, body.radius_m, body.forward_m)
+        self._turn_ticks = to_ticks(body.turn_deg)
+        teams = scenario.teams
+        self._team_rules = teams.d_join_m, teams.silence_steps, teams.leave_rule
+        self._return_reserve = setup.return_reserve(scenario)
+        self._recorder = recorder
+        if recorder is not None:
+            recorder.begin(self)
+            nothing = np.zeros(0, dtype=np.int64)
+            recorder.record(self._record([], nothing, nothing, {"step": 0.0, "decide": 0.0}))
+
+    def step(self) -> None:
+        """One step: sense, map, exchange, charge, form teams, choose, plan, act, judge.
+
+        Raises:
+            SelectorError: the selector failed.
+            ScenarioError: the mission is over.
+        """
+        if self.done:
+            raise ScenarioError(f"the mission is over: {self.end_reason}")
+        started = perf_counter()
+        self.step_number += 1
+        self._count[0] = 0
+        step, minds, bodies, body = self.step_number, self.minds, self.bodies, self.scenario.body
+        links, news = self._links_now(), (self.events, self._count)
+
+        # "Robot model and environment representation": nine noisy rays, log-odds, one fused map.
+        ranges = self.senses.read(bodies, minds, step)
+        since, touched = self._map(ranges, links)
+        exchange_beacons(minds, links, step)
+        # "Task description and team behavior": limited charge, EXP and CHR.
+        self._charge_and_modes()
+        # "Decentralized team formation": by desired sizes, leave, join and lead.
+        minds.state[:, DESIRED] = self.policy.desired(minds.mode)
+        reorganize(minds, self._tally, links, step, *self._team_rules, *news)
+        # "Team destination determination": leaders that need one choose from their own view.
+        decisions = self.destinations.decide(minds, self.grids, self.planner, links, step, *news)
+        # "Each member then independently plans its route to the shared target and moves."
+        self.planner.plan(minds, self.grids, step, *news)
+        self.planner.steer(minds, bodies.contact, self.action)
+        carry_out(
+            self.action, bodies, self.world, self._near,
+            body.radius_m, body.forward_m, self._turn_ticks, self.headings, step,
+        )  # fmt: skip
+        changes = self.judge.judge(
+            bodies, minds, self.action, minds.sending, self.log, since, self.swarm, touched, *news
+        )
+        self.end_reason = self._why_over()
+        if self._recorder is not None:
+            seconds = {"step": perf_counter() - started, "decide": self.destinations.seconds}
+            self._recorder.record(self._record(decisions, *changes, seconds))
+
+    def run(self, on_step: Callable[[Mission], None] | None = None) -> dict[str, Any]:
+        """Run what is left of the mission.
+
+        Args:
+            on_step: called after each step, for example to show progress.
+
+        Returns:
+            The summary, see docs/recordings.md.
+        """
+        while not self.done:
+            self.step()
+            if on_step is not None:
+                on_step(self)
+        summary = self.summary()
+        if self._recorder is not None:
+            self._recorder.end(summary)
+        return summary
+
+    @property
+    def done(self) -> bool:
+        """Whether the mission is over; ``end_reason`` says why."""
+        return self.end_reason is not None
+
+    @property
+    def explored_m2(self) -> float:
+        """Explored area so far, see :mod:`swarmscout.mission.judging`."""
+        return self.judge.explored_m2
+
+    @property
+    def map(self) -> BeliefView:
+        """The swarm's map: what all logs of evidence together say."""
+        return self.swarm.view(0)
+
+    def map_of(self, robot: int) -> BeliefView:
+        """One robot's own map (the shared one under full communication)."""
+        return self.grids.view(self.minds.row(robot))
+
+    def summary(self) -> dict[str, Any]:
+        """Facts and figures of the mission so far."""
+        scenario = self.scenario
+        return {
+            "version": package_version(),
+            "rules_version": RULES_VERSION,
+            "world": self.world.name,
+            "start": scenario.start,
+            "selector": self.destinations.name,
+            "robots": scenario.robots,
+            "seed": scenario.seed,
+            "steps": self.step_number,
+            "end_reason": self.end_reason,
+            **self.judge.summary(self.minds, self.swarm),
+        }
+
+    def _links_now(self) -> NDArray[np.bool_]:
+        if self._links is None:
+            return self._no_links
+        return np.ascontiguousarray(self._links(self.step_number), dtype=np.bool_)
+
+    def _map(
+        self, ranges: NDArray[np.float64], links: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.int64], int]:
+        """Scans become evidence, evidence flows; returns where each log's news begin, and cells."""
+        self.log.make_room()
+        since = self.log.length.copy()
+        bodies, model = self.bodies, self.grids.model
+        observe(
+            self.log, self.minds.reading, self.minds.sending, ranges, self.senses.sensor.offsets,
+            self.headings, self.senses.sensor.range_m, bodies.contact, bodies.contact_offset,
+            self.frame, (model.free, model.occupied), model.hit_depth_m,
+        )  # fmt: skip
+        if self._links is not None:
+            exchange_evidence(self.grids, self.log, self.known, links)
+        return since, share_evidence(self.swarm, self.log, since)
+
+    def _charge_and_modes(self) -> None:
+        battery, minds, bodies = self.scenario.battery, self.minds, self.bodies
+        if battery.enabled:
+            spend_or_charge(
+                bodies.position, bodies.charge, bodies.alive, minds.mode == CHARGE, self.stations_m,
+                float(battery.capacity_steps), battery.charge_per_step, battery.station_range_m,
+                self.events, self._count,
+            )  # fmt: skip
+        minds.reading[:, 3] = bodies.charge / battery.capacity_steps
+        minds.sending[:] = bodies.alive
+        choose_modes(
+            minds.state, minds.reading, minds.sending, self.stations_m,
+            battery.charge_below if battery.enabled else -1.0, *self._return_reserve,
+            self.events, self._count,
+        )  # fmt: skip
+
+    def _why_over(self) -> str | None:
+        if self.judge.moving == 0:
+            return "no robot able to move"
+        whole = self.judge.explored_m2 >= self.judge.reachable_m2 - 1e-9
+        # Before the first cell is known to be free there is no frontier either.
+        closed = self.swarm.frontier_count(0) == 0 and self.judge.explored_m2 > 0.0
+        if whole or closed:
+            return "everything reachable explored"
+        if self.step_number >= self.scenario.steps:
+            return "steps used up"
+        return None
+
+    def _record(
+        self,
+        decisions: list[Decision],
+        cells: NDArray[np.int64],
+        log_odds: NDArray[np.int64],
+        seconds: dict[str, float],
+    ) -> StepRecord:
+        minds, bodies = self.minds, self.bodies
+        return StepRecord(
+            step=self.step_number,
+            pose=bodies.pose,
+            charge=bodies.charge / self.scenario.battery.capacity_steps,
+            mode=minds.mode,
+            action=self.action,
+            contact=bodies.contact,
+            alive=bodies.alive,
+            team=minds.team,
+            leader=minds.leader,
+            desired=minds.desired,
+            destination=minds.destination,
+            events=self.events[: self._count[0]],
+            map_cells=cells,
+            map_log_odds=log_odds,
+            decisions=decisions,
+            coverage=self.judge.coverage(self.swarm),
+            seconds=seconds,
+        )
+
+
+def package_version() -> str:
+    """The installed version of swarmscout."""
+    try:
+        return version("swarmscout")
+    except PackageNotFoundError:
+        return "0+unknown"

@@ -1,0 +1,137 @@
+"""A scenario made into objects: world, bodies, maps, routes, and the rules that move them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.errors import ScenarioError
+from swarmscout.core.grid import GridFrame
+from swarmscout.core.streams import stream
+from swarmscout.destinations.deciding import Destinations
+from swarmscout.destinations.registry import make_selector
+from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
+from swarmscout.mission.scenario import Scenario
+from swarmscout.planning.routes import Planner
+from swarmscout.planning.search import CELL_BITS, RouteCosts
+from swarmscout.robots.bodies import TICKS, Bodies, place_bodies, to_ticks
+from swarmscout.worlds.placing import place_robots
+from swarmscout.worlds.world import World
+
+__all__ = [
+    "make_bodies",
+    "make_destinations",
+    "make_frame",
+    "make_model",
+    "make_planner",
+    "return_reserve",
+]
+
+
+def make_frame(world: World, scenario: Scenario) -> GridFrame:
+    """The occupancy grid's frame: the world's bounding box, with a cell to spare on each side.
+
+    Raises:
+        ScenarioError: the grid would have too many cells.
+    """
+    frame = GridFrame.covering(world.extent, scenario.map.cell_m)
+    if frame.size >= 1 << CELL_BITS:
+        raise ScenarioError(
+            f"key 'map.cell_m' = {scenario.map.cell_m:g}: world '{world.name}' would have "
+            f"{frame.size:,} map cells, at most {(1 << CELL_BITS) - 1:,} are possible; "
+            "take larger cells"
+        )
+    return frame
+
+
+def make_model(scenario: Scenario) -> InverseSensorModel:
+    """The inverse sensor model, in log-odds."""
+    m = scenario.map
+    return InverseSensorModel(
+        free=log_odds_of(m.p_free),
+        occupied=log_odds_of(m.p_occupied),
+        lowest=log_odds_of(m.p_min),
+        highest=log_odds_of(m.p_max),
+        free_below=log_odds_of(m.free_below),
+        occupied_above=log_odds_of(m.occupied_above),
+        hit_depth_m=m.hit_depth_m,
+    )
+
+
+def make_bodies(world: World, scenario: Scenario) -> Bodies:
+    """Robots at their starts, with random headings and charges.
+
+    Raises:
+        WorldError: the world has no room for so many robots.
+    """
+    robots, seed = scenario.robots, scenario.seed
+    position = place_robots(
+        world, robots, scenario.start, stream(seed, "start"), scenario.body.radius_m
+    )
+    heading = stream(seed, "heading").integers(0, TICKS, robots)
+    battery = scenario.battery
+    share = stream(seed, "charge").uniform(battery.start_min, battery.start_max, robots)
+    # A mission's first step spends one step's charge: nobody starts with less.
+    charge = np.maximum(share * battery.capacity_steps, min(2.0, battery.capacity_steps))
+    return place_bodies(position, heading, charge)
+
+
+def make_planner(
+    scenario: Scenario,
+    frame: GridFrame,
+    maps: int,
+    model: InverseSensorModel,
+    stations_m: NDArray[np.float64],
+    headings: NDArray[np.float64],
+) -> Planner:
+    """The routes' planner for a number of maps."""
+    cell_mm = 1000.0 * frame.cell_m
+    costs = RouteCosts(
+        straight=round(cell_mm),
+        diagonal=round(cell_mm * math.sqrt(2.0)),
+        base=1000 if scenario.routes.cost == "length" else 0,
+        least=int(model.permille()[0]),
+    )
+    dock_m = max(0.5 * scenario.battery.station_range_m, scenario.battery.station_range_m - 0.1)
+    return Planner(
+        frame, scenario.robots, maps, costs, stations_m, dock_m, headings,
+        to_ticks(scenario.body.turn_deg),
+    )  # fmt: skip
+
+
+def make_destinations(scenario: Scenario, base: Path | None) -> Destinations:
+    """The rule that chooses destinations, and when it is asked.
+
+    Raises:
+        SelectorError: there is no such selector, or it does not take the scenario's parameters.
+    """
+    renewal = scenario.renewal
+    return Destinations(
+        make_selector(scenario.destinations, scenario.selector, base),
+        scenario.destinations,
+        seed=scenario.seed,
+        robots=scenario.robots,
+        heading_unit_rad=2.0 * math.pi / TICKS,
+        forward_m=scenario.body.forward_m,
+        reach_m=renewal.reach_m,
+        stale_rule=renewal.rule == "stale",
+        overdue=(renewal.overdue_factor, renewal.overdue_steps),
+        avoid_steps=renewal.avoid_steps,
+        team_position=scenario.teams.position,
+    )
+
+
+def return_reserve(scenario: Scenario) -> tuple[float, float]:
+    """Charge, as shares, that the way back takes per metre of straight distance, and a reserve.
+
+    Both 0 under the rule "threshold". Ways are longer than straight lines and turning takes steps
+    too: three times the straight time, and 30 steps.
+    """
+    battery = scenario.battery
+    if battery.return_rule == "threshold":
+        return 0.0, 0.0
+    per_m = 3.0 / scenario.body.forward_m
+    return per_m / battery.capacity_steps, 30.0 / battery.capacity_steps
