@@ -1,0 +1,99 @@
+"""``swarmscout``: the commands, and how every failure becomes one line.
+
+Modules of commands import what is heavy inside their functions: ``--help`` loads neither NumPy nor
+Numba.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError
+
+from swarmscout.cli.interrupts import Interrupted, interruptible
+
+__all__ = ["app", "main"]
+
+
+def _version() -> str:
+    from swarmscout import __version__
+
+    return __version__
+
+
+app = App(
+    name="swarmscout",
+    help="Explore unknown places with swarms of robots that form teams by themselves.",
+    version=_version,
+    help_format="plaintext",  # Markdown would cost a quarter of the time that --help takes.
+    suppress_keyboard_interrupt=False,
+)
+_COMMANDS = {
+    "explore": ("explore:explore", "Run a mission: progress, summary, run folder, picture."),
+    "worlds": ("worlds:app", "List, show, import and generate worlds."),
+    "list": ("lists:app", "What there is to choose from: selectors, policies, worlds."),
+    "warm": ("warm:warm", "Compile every kernel now, so that no mission waits for it."),
+    "doctor": ("doctor:doctor", "Show versions, cores, caches, and what is wrong with them."),
+}
+for _name, (_where, _help) in _COMMANDS.items():
+    app.command(f"swarmscout.cli.{_where}", name=_name, help=_help)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+        argv: what was typed after ``swarmscout``; None for ``sys.argv``.
+
+    Returns:
+        The exit code: 0; 2 for whatever a user can put right; 130 or 143 after an interrupt;
+        1 for a defect of the package. ``SWARMSCOUT_DEBUG=1`` shows tracebacks.
+    """
+    tokens = sys.argv[1:] if argv is None else list(argv)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # A terminal that cannot show "m²" shows "m?".
+    try:
+        with interruptible():
+            code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+            sys.stdout.flush()
+        return code if isinstance(code, int) else 0
+    except Interrupted as stopped:
+        return _say(str(stopped), 128 + stopped.signal)
+    except KeyboardInterrupt:
+        return _say("interrupted", 128 + signal.SIGINT)
+    except BrokenPipeError:
+        # Whoever reads our output (``| head``) has seen enough. Python would complain at its exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 128 + signal.SIGPIPE
+    except SystemExit as left:
+        return left.code if isinstance(left.code, int) else 0
+    except Exception as error:
+        if os.environ.get("SWARMSCOUT_DEBUG", "0") not in ("", "0"):
+            raise
+        return _say(*_explain(error))
+
+
+def _explain(error: Exception) -> tuple[str, int]:
+    """What went wrong in one line, and the exit code."""
+    from swarmscout.core.errors import SwarmscoutError
+
+    if isinstance(error, SwarmscoutError | CycloptsError):
+        return f"error: {error}", 2
+    if isinstance(error, OSError):
+        where = f": '{error.filename}'" if error.filename else ""
+        return f"error: {error.strerror or error}{where}", 2
+    if isinstance(error, RuntimeError) and "no locator available" in str(error):
+        # Numba compiles into a cache folder and finds none, when the first kernel is imported.
+        return "error: no folder for compiled kernels is writable: set NUMBA_CACHE_DIR to one", 2
+    kind = type(error).__name__
+    return f"error: defect in swarmscout: {kind}: {error} (SWARMSCOUT_DEBUG=1 shows where)", 1
+
+
+def _say(line: str, code: int) -> int:
+    print(" ".join(line.split()), file=sys.stderr)
+    return code

@@ -1,0 +1,85 @@
+"""Whether the kernels are compiled already, so that a first mission can say why it takes long."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from pathlib import Path
+from typing import Any
+
+__all__ = [
+    "cache_folders",
+    "compile_all",
+    "load_kernels",
+    "say_if_compiling",
+    "uncompiled_kernels",
+]
+
+
+def say_if_compiling() -> None:
+    """Print one line when most kernels have yet to be compiled.
+
+    A few may be missing for good: those that no mission with these settings calls.
+    """
+    from swarmscout.core.jit import kernels
+
+    missing = len(uncompiled_kernels())
+    if 2 * missing > len(kernels):
+        print(
+            f"compiling {missing} kernels: this happens once and takes a minute or less", flush=True
+        )
+
+
+def load_kernels() -> int:
+    """Import every module that has kernels; return how many kernels there are."""
+    from swarmscout.core.jit import kernels
+    from swarmscout.destinations.registry import selectors
+    from swarmscout.mission.mission import Mission
+    from swarmscout.mission.scenario_files import make_scenario
+
+    for name in selectors():
+        # A mission that is made and not run loads its selector and all else that it needs.
+        Mission(make_scenario({"robots": 1, "steps": 1, "destinations": name}))
+    return len(kernels)
+
+
+def compile_all() -> None:
+    """Run short missions, so that every kernel is called once."""
+    import numpy as np
+
+    from swarmscout.destinations.registry import selectors
+    from swarmscout.mission.mission import Mission
+    from swarmscout.mission.scenario_files import load_scenario
+
+    for name in selectors():
+        Mission(load_scenario("paper", {"robots": 6, "steps": 30, "destinations": name})).run()
+    # What the defaults leave out: other rules, robots low on charge, and maps of their own.
+    others = {"start": "spread", "battery.start_min": 0.0, "battery.return_rule": "distance"}
+    literal = load_scenario("paper-literal", {"robots": 6, "steps": 30, **others})
+    Mission(literal, links=lambda _: np.ones((6, 6), dtype=np.bool_)).run()
+
+
+def uncompiled_kernels() -> list[str]:
+    """Names of the kernels that are imported and have no up-to-date file in Numba's cache."""
+    from swarmscout.core.jit import kernels
+
+    return [name for name, compiled in kernels.items() if not _is_cached(compiled)]
+
+
+def cache_folders() -> list[Path]:
+    """The folders in which Numba keeps the imported kernels."""
+    from swarmscout.core.jit import kernels
+
+    return sorted({Path(compiled.stats.cache_path) for compiled in kernels.values()})
+
+
+def _is_cached(compiled: Any) -> bool:
+    """Whether Numba's cache holds a kernel as its source is now."""
+    try:
+        # Numba compares the source's stamp itself; it says so nowhere in public.
+        return bool(compiled._cache._cache_file._load_index())
+    except AttributeError:
+        source = Path(inspect.getfile(compiled.py_func))
+        python = f"py{sys.version_info.major}{sys.version_info.minor}"
+        pattern = f"{source.stem}.{compiled.py_func.__qualname__}-*.{python}*.nbi"
+        return any(Path(compiled.stats.cache_path).glob(pattern))

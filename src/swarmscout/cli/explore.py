@@ -1,0 +1,133 @@
+"""``swarmscout explore``: run a mission, show how it goes, keep it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from swarmscout.mission.scenario import Scenario
+    from swarmscout.recording.run import Run
+
+__all__ = ["explore"]
+
+
+def explore(
+    scenario: str = "paper",
+    /,
+    *,
+    world: str | None = None,
+    robots: int | None = None,
+    steps: int | None = None,
+    seed: int | None = None,
+    destinations: str | None = None,
+    set_: Annotated[
+        tuple[str, ...],
+        Parameter(name="--set", negative=(), metavar="KEY=VALUE", show_default=False),
+    ] = (),
+    out: Annotated[Path | None, Parameter(metavar="DIR")] = None,
+    record: Literal["full", "curves", "summary"] = "full",
+    picture: bool = True,
+) -> int:
+    """Run a mission: progress, a summary, a run folder, a picture of the final map.
+
+    Args:
+        scenario: a scenario file, paper, paper-literal, or a run's folder (runs it again).
+        world: a named world, a map's file, or a world folder.
+        robots: number of robots.
+        steps: length of the mission.
+        seed: starts, noise, charge, characters and decisions.
+        destinations: a selector's name, or FILE.py:NAME.
+        set_: any other scenario key, for example teams.desired_size=3; may be repeated.
+        out: a new folder for the run; by default one in runs/ that is named after the mission.
+        record: full; curves leaves out steps, maps and events; summary leaves out all tables.
+        picture: draw the final map into the run's folder as map.png.
+    """
+    from swarmscout.cli.compiling import say_if_compiling
+    from swarmscout.cli.interrupts import Interrupted, between_steps
+    from swarmscout.cli.progress import Progress
+    from swarmscout.cli.summary import summary_lines
+    from swarmscout.core.errors import SwarmscoutError
+    from swarmscout.mission.scenario_files import load_scenario
+    from swarmscout.recording.run_folder import release_folder
+
+    options = {
+        "world": world,
+        "robots": robots,
+        "steps": steps,
+        "seed": seed,
+        "destinations": destinations,
+    }
+    overrides = dict(_key_value(text) for text in set_)
+    overrides |= {key: value for key, value in options.items() if value is not None}
+    chosen = load_scenario(scenario, overrides)
+    folder = _claim(chosen, out)
+    try:
+        from swarmscout.recording.explore import record_mission
+
+        say_if_compiling()
+        with between_steps() as check, Progress(chosen.steps) as progress:
+
+            def on_step(mission: Any) -> None:
+                progress.show(mission)
+                check()
+
+            base = Path(scenario).parent if Path(scenario).is_file() else None
+            run = record_mission(chosen, out=folder, record=record, base=base, on_step=on_step)
+    except Interrupted as stopped:
+        raise Interrupted(stopped.signal, f"{stopped}{_kept(folder)}") from None
+    except SwarmscoutError as error:
+        raise type(error)(f"{error}{_kept(folder)}") from error
+    finally:
+        release_folder(folder)  # Only if nothing was written into it.
+    for line in summary_lines(run):
+        print(line)
+    print(f"run: {folder}")
+    if picture:
+        print(f"picture: {_draw(run, folder)}")
+    return 0
+
+
+def _key_value(text: str) -> tuple[str, Any]:
+    """``teams.desired_size=3`` as a key and a value; the value is TOML, or else a string."""
+    import tomllib
+
+    from swarmscout.core.errors import ScenarioError
+
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not key or not equals:
+        raise ScenarioError(f"--set '{text}': write KEY=VALUE, for example teams.desired_size=3")
+    try:
+        parsed = tomllib.loads(f"value = {value}")
+    except tomllib.TOMLDecodeError:
+        return key, value
+    return key, parsed["value"] if len(parsed) == 1 else value
+
+
+def _claim(scenario: Scenario, out: Path | None) -> Path:
+    """Claim the run's folder, before anything slow happens."""
+    from swarmscout.recording.run_folder import claim_folder, claim_next_free, default_name
+
+    if out is not None:
+        return claim_folder(out)
+    return claim_next_free(Path("runs") / default_name(scenario))
+
+
+def _kept(folder: Path) -> str:
+    """Where the beginning of a mission that broke off can be found."""
+    from swarmscout.core.errors import SwarmscoutError
+    from swarmscout.recording.run import Run
+
+    try:
+        last = Run.open(folder).last_step
+    except SwarmscoutError:
+        return ""
+    return f": steps 0 to {last} are kept in {folder}" if last >= 0 else ""
+
+
+def _draw(run: Run, folder: Path) -> Path:
+    from swarmscout.viewing.map_picture import map_picture
+
+    return map_picture(run, folder / "map.png")

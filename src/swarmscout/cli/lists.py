@@ -1,0 +1,43 @@
+"""``swarmscout list``: what can be named in a scenario, with one line each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from cyclopts import App
+
+__all__ = ["app"]
+
+app = App(name="list", help="What there is to choose from, with one line each.")
+
+
+@app.command
+def selectors() -> None:
+    """Rules that choose a team's destination (explore --destinations NAME)."""
+    from swarmscout.destinations.registry import RECOMMENDED
+    from swarmscout.destinations.registry import selectors as known
+
+    _print(known(), recommended=RECOMMENDED)
+
+
+@app.command
+def policies() -> None:
+    """Policies that set the desired team size (explore --set teams.policy=NAME)."""
+    from swarmscout.teams.desired_size import policies as known
+
+    _print(known())
+
+
+@app.command
+def worlds() -> None:
+    """Worlds that come with the package (explore --world NAME)."""
+    from swarmscout.worlds.catalogue import named_worlds
+
+    _print(named_worlds())
+
+
+def _print(lines: Mapping[str, str], recommended: str | None = None) -> None:
+    width = max((len(name) for name in lines), default=0)
+    for name, line in lines.items():
+        mark = " (recommended)" if name == recommended else ""
+        print(f"{name:<{width}}  {line}{mark}")

@@ -1,0 +1,85 @@
+"""The progress bar: on a terminal what matters of a mission, elsewhere nothing."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as RichProgress
+    from rich.progress import TaskID
+
+    from swarmscout.mission.mission import Mission
+
+__all__ = ["Progress", "state_of"]
+
+_REDRAW_S = 0.1
+_FIELDS = ("explored", "teams", "charging")
+
+
+def state_of(mission: Mission) -> dict[str, Any]:
+    """What the bar shows: explored m², number of teams, robots in CHR mode."""
+    import numpy as np
+
+    from swarmscout.core.codes import CHARGE
+
+    exploring = mission.bodies.alive & (mission.minds.mode != CHARGE)
+    return {
+        "explored": f"{mission.explored_m2:.0f} m²",
+        "teams": f"{len(np.unique(mission.minds.team[exploring]))} teams",
+        "charging": f"{int(np.count_nonzero(mission.minds.mode == CHARGE))} charging",
+    }
+
+
+class Progress:
+    """A bar over a mission's steps.
+
+    Args:
+        steps: the mission's length.
+    """
+
+    def __init__(self, steps: int) -> None:
+        self._steps = steps
+        self._bar: RichProgress | None = None
+        self._task: TaskID | None = None
+        self._next = 0.0
+
+    def __enter__(self) -> Progress:
+        """Draw the bar when someone sits in front of it."""
+        if sys.stdout.isatty():
+            from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+            from rich.progress import Progress as RichProgress
+
+            fields = (TextColumn(f"{{task.fields[{name}]}}") for name in _FIELDS)
+            self._bar = RichProgress(
+                TextColumn("step"),
+                MofNCompleteColumn(),
+                BarColumn(),
+                *fields,
+                TimeRemainingColumn(compact=True),
+                refresh_per_second=10,
+                transient=True,
+            )
+            empty: dict[str, Any] = dict.fromkeys(_FIELDS, "")
+            self._task = self._bar.add_task("", total=self._steps, **empty)
+            self._bar.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+
+    def show(self, mission: Mission) -> None:
+        """Bring the bar up to date; it costs nothing most of the time."""
+        if self._bar is None or self._task is None or time.monotonic() < self._next:
+            return
+        self._next = time.monotonic() + _REDRAW_S
+        self._bar.update(self._task, completed=mission.step_number, **state_of(mission))

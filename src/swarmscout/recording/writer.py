@@ -1,0 +1,202 @@
+"""The writer of runs: a recorder that keeps a mission in a folder, or in memory.
+
+Rows gather in a :class:`~swarmscout.recording.chunk.Chunk` and leave it as a part of each table
+every fifty steps. ``run.json`` appears when a mission has begun, ``summary.json`` when it has
+finished; both are renamed into place when all that they promise is there.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from swarmscout.core.errors import RunError
+from swarmscout.core.recorder import StepRecord
+from swarmscout.mission.scenario_files import scenario_toml
+from swarmscout.recording.chunk import Chunk, plain
+from swarmscout.recording.kept_world import keep_world
+from swarmscout.recording.parts import join_parts, write_part, write_whole
+from swarmscout.recording.run_folder import claim_folder
+from swarmscout.recording.tables import FORMAT, LEVELS, PART_STEPS, check_level
+
+if TYPE_CHECKING:
+    import polars as pl
+
+    from swarmscout.mission.mission import Mission
+    from swarmscout.recording.run import Run
+
+__all__ = ["RunWriter"]
+
+# A chunk of a huge swarm is closed sooner than after fifty steps: it stays below 100 MB or so.
+_CHUNK_ROWS = 1_000_000
+
+
+class RunWriter:
+    """Keeps one mission.
+
+    Args:
+        folder: where to; it is made if need be and must be empty. None keeps all in memory.
+        level: ``full``, ``curves`` or ``summary``: see :data:`swarmscout.recording.tables.LEVELS`.
+        whole_world: keep the world's rasters even if the scenario names a world that it could be;
+            for a mission that was given a world which differs in its start only.
+
+    Raises:
+        RunError: the level is unknown.
+
+    Example:
+        >>> writer = RunWriter(None)
+        >>> mission = Mission(Scenario(robots=3, steps=20), recorder=writer)  # doctest: +SKIP
+        >>> summary = mission.run()  # doctest: +SKIP
+        >>> writer.run().coverage["explored_m2"][-1]  # doctest: +SKIP
+    """
+
+    def __init__(
+        self, folder: str | Path | None = None, *, level: str = "full", whole_world: bool = False
+    ) -> None:
+        self.folder = None if folder is None else Path(folder)
+        self.level = check_level(level)
+        self.last_step = -1
+        """The last step that :meth:`record` has taken; -1 before the first."""
+        self._whole_world = whole_world
+        self._tables = LEVELS[level]
+        self._mission: Mission | None = None
+        self._facts: dict[str, Any] = {}
+        self._chunk: Chunk | None = None
+        self._part = 0
+        self._coverage_types: dict[str, Any] | None = None
+        self._kept: dict[str, list[pl.DataFrame]] = {}
+        self._final_map: dict[str, Any] | None = None
+        self._summary: dict[str, Any] | None = None
+
+    def begin(self, mission: Mission) -> None:
+        """Make the folder and write what is known before the first step.
+
+        Raises:
+            RunError: the folder is not empty or cannot be written, or the writer was used before.
+        """
+        if self._mission is not None:
+            raise RunError("a RunWriter keeps one mission: make a new one for the next mission")
+        frame = mission.frame
+        self._facts = {
+            "format": FORMAT,
+            **_written_by(),
+            "record": self.level,
+            "robots": mission.scenario.robots,
+            "frame": plain(asdict(frame)),
+            "stations_m": plain(mission.stations_m),
+        }
+        if self._tables:
+            robots = mission.scenario.robots
+            steps = max(1, min(PART_STEPS, _CHUNK_ROWS // robots, mission.scenario.steps + 1))
+            self._chunk = Chunk(robots, steps, frame.columns, self._tables)
+        if self.folder is not None:
+            claim_folder(self.folder)
+            scenario, kept = keep_world(
+                mission.world, mission.scenario, self.folder, whole=self._whole_world
+            )
+            text = scenario_toml(scenario, _written_by())
+            write_whole(self.folder / "scenario.toml", text.encode())
+            write_whole(self.folder / "run.json", _json({**self._facts, "world": kept}))
+        self._mission = mission
+
+    def record(self, record: StepRecord) -> None:
+        """Keep one step.
+
+        Raises:
+            RunError: a part cannot be written (the steps of earlier parts are kept).
+        """
+        if self._chunk is not None:
+            if self._chunk.length == self._chunk.capacity:  # An earlier flush did not succeed.
+                self._flush()
+            self._chunk.add(record)
+            self.last_step = record.step
+            if self._chunk.length == self._chunk.capacity:
+                self._flush()
+        else:
+            self.last_step = record.step
+
+    def end(self, summary: Mapping[str, Any]) -> None:
+        """Finish the run: the last part, the final map, joined tables, and last the summary.
+
+        Raises:
+            RunError: something cannot be written; the run stays readable, as not finished.
+        """
+        assert self._mission is not None, "end() comes after begin()"
+        self._flush()
+        grid, frame = self._mission.map, self._mission.frame
+        self._final_map = {"labels": grid.labels.copy(), "log_odds": grid.log_odds.copy()}
+        self._summary = plain(summary)
+        if self.folder is not None:
+            origin = np.array([frame.origin_x_m, frame.origin_y_m])
+            packed = io.BytesIO()
+            np.savez_compressed(packed, **self._final_map, origin_m=origin, cell_m=frame.cell_m)
+            write_whole(self.folder / "map.npz", packed.getvalue())
+            join_parts(self.folder, self._tables)
+            write_whole(self.folder / "summary.json", _json(self._summary))
+
+    def close(self) -> None:
+        """Keep what was recorded of a mission that was broken off; harmless after :meth:`end`.
+
+        The run is readable up to the last recorded step, and not finished.
+
+        Raises:
+            RunError: the last part cannot be written.
+        """
+        if self._mission is None or self._summary is not None:
+            return
+        self._flush()
+        if self.folder is not None:
+            join_parts(self.folder, self._tables)
+
+    def run(self) -> Run:
+        """The run, as far as it is recorded.
+
+        Raises:
+            RunError: no mission has begun yet.
+        """
+        from swarmscout.recording.run import Run
+
+        if self._mission is None:
+            raise RunError("nothing is recorded yet: no mission has begun")
+        if self.folder is not None:
+            return Run.open(self.folder)
+        self._flush()
+        return Run.in_memory(
+            scenario=self._mission.scenario,
+            facts=self._facts,
+            world=self._mission.world,
+            summary=self._summary,
+            tables=self._kept,
+            final_map=None if self._final_map is None else self._final_map["log_odds"],
+        )
+
+    def _flush(self) -> None:
+        """Turn the chunk into a part of each table. Repeating an interrupted flush is harmless."""
+        if self._chunk is None or not self._chunk.length:
+            return
+        if self._coverage_types is None:
+            self._coverage_types = self._chunk.coverage_types()
+        for table, frame in self._chunk.frames(self._coverage_types).items():
+            if self.folder is not None:
+                write_part(self.folder, table, self._part, frame)
+            else:
+                frames = self._kept.setdefault(table, [])
+                frames[self._part :] = [frame]
+        self._part += 1
+        self._chunk.clear()
+
+
+def _written_by() -> dict[str, Any]:
+    from swarmscout.mission.mission import RULES_VERSION, package_version
+
+    return {"version": package_version(), "rules_version": RULES_VERSION}
+
+
+def _json(data: Mapping[str, Any]) -> bytes:
+    return (json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()

@@ -1,0 +1,211 @@
+"""A picture of the swarm's map in the paper's colours.
+
+Gray is unknown, white free, black occupied, green a frontier. Robots are dots: red in EXP mode,
+green in CHR mode. A destination's cell is surrounded by purple dots (paper, Figs. 1 and 9).
+"""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
+from swarmscout.mapping.log_odds import log_odds_of
+from swarmscout.recording.parts import write_whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from swarmscout.recording.run import Run
+
+__all__ = ["frontier_cells", "labels_at", "map_figure", "map_picture"]
+
+UNKNOWN_GRAY, FREE_WHITE, OCCUPIED_BLACK = (0.62, 0.62, 0.62), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
+FRONTIER_GREEN = (0.36, 0.83, 0.36)
+EXPLORE_RED, CHARGE_GREEN, DESTINATION_PURPLE = "#e3211c", "#00702c", "#8a2be2"
+STRANDED_BLUE = "#35608f"
+
+_MARGIN_M = 3.0
+_LONG_SIDE_INCHES = 9.0
+_DPI = 120
+
+
+def map_picture(run: Run, path: str | Path, step: int | None = None) -> Path:
+    """Draw the swarm's map after a step into a PNG file.
+
+    Args:
+        run: a run, finished or not, in memory or on disk.
+        path: the picture's file.
+        step: 0 … ``run.last_step``; None for the last.
+
+    Returns:
+        The file.
+
+    Raises:
+        RunError: there is no such step, the map was not recorded, or the file cannot be written.
+
+    Example:
+        >>> map_picture(run, "map.png", step=100)  # doctest: +SKIP
+    """
+    packed = io.BytesIO()
+    map_figure(run, step).savefig(packed, format="png", dpi=_DPI)
+    file = Path(path)
+    write_whole(file, packed.getvalue())
+    return file
+
+
+def map_figure(run: Run, step: int | None = None) -> Figure:
+    """The picture as a Matplotlib figure of its own; neither pyplot nor a display is touched.
+
+    Args:
+        run: a run.
+        step: as for :func:`map_picture`.
+
+    Raises:
+        RunError: there is no such step, or the map was not recorded.
+    """
+    from matplotlib.figure import Figure
+
+    at = run.last_step if step is None else step
+    labels = labels_at(run, at)
+    picture = np.array([UNKNOWN_GRAY, FREE_WHITE, OCCUPIED_BLACK])[labels]
+    picture[frontier_cells(labels, run.scenario.map.frontier_neighbours)] = FRONTIER_GREEN
+
+    robots = _robots_at(run, at)
+    left, right, bottom, top = _window(run, labels, robots)
+    longest = max(right - left, top - bottom)
+    width = max(5.0, _LONG_SIDE_INCHES * (right - left) / longest)
+    height = max(3.0, _LONG_SIDE_INCHES * (top - bottom) / longest)
+    figure = Figure(figsize=(width, height + 1.2), layout="constrained")
+    axes = figure.add_subplot(facecolor=UNKNOWN_GRAY)
+    axes.imshow(picture, origin="lower", extent=run.frame.extent, interpolation="nearest")
+    points_per_m = 72.0 * min(width / (right - left), height / (top - bottom))
+    _draw_swarm(axes, run, robots, points_per_m)
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    axes.set_title(_title(run, at))
+    figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize="small")
+    return figure
+
+
+def labels_at(run: Run, step: int | None = None) -> NDArray[np.uint8]:
+    """uint8[rows, cols] labels (codes ``LABELS``) of the swarm's map after a step.
+
+    Args:
+        run: a run.
+        step: None for the last.
+
+    Raises:
+        RunError: there is no such step, or the map was not recorded.
+    """
+    log_odds = run.map_at(step)
+    labels = np.full(log_odds.shape, UNKNOWN, dtype=np.uint8)
+    labels[log_odds < log_odds_of(run.scenario.map.free_below)] = FREE
+    labels[log_odds > log_odds_of(run.scenario.map.occupied_above)] = OCCUPIED
+    return labels
+
+
+def frontier_cells(labels: NDArray[np.uint8], neighbours: int = 8) -> NDArray[np.bool_]:
+    """bool[rows, cols]: free cells with an unknown one among 4 or 8 neighbours.
+
+    Source: paper, "Task description"; Yamauchi (1998).
+    """
+    rows, columns = labels.shape
+    unknown = np.zeros((rows + 2, columns + 2), dtype=np.bool_)
+    unknown[1:-1, 1:-1] = labels == UNKNOWN
+    beside = np.zeros((rows, columns), dtype=np.bool_)
+    for down in range(3):
+        for across in range(3):
+            if neighbours == 8 or (down == 1) != (across == 1):
+                beside |= unknown[down : down + rows, across : across + columns]
+    beside &= labels == FREE
+    return beside
+
+
+def _robots_at(run: Run, step: int) -> dict[str, NDArray[Any]] | None:
+    """Columns of the ``steps`` table at a step, or None when they were not recorded."""
+    import polars as pl
+
+    from swarmscout.recording.tables import LEVELS
+
+    if "steps" not in LEVELS[run.level]:
+        return None
+    rows = run.steps.filter(pl.col("step") == step)
+    return {name: rows[name].to_numpy() for name in ("x_m", "y_m", "mode", "alive", "destination")}
+
+
+def _window(
+    run: Run, labels: NDArray[np.uint8], robots: dict[str, NDArray[Any]] | None
+) -> tuple[float, float, float, float]:
+    """What to show in metres: all that is known, all robots, and a margin."""
+    points = [run.frame.centres_of(np.argwhere(labels != UNKNOWN)), run.stations_m]
+    if robots is not None:
+        points.append(np.column_stack((robots["x_m"], robots["y_m"])))
+    known = np.concatenate(points)
+    if not len(known):
+        return run.frame.extent
+    (left, bottom), (right, top) = known.min(axis=0) - _MARGIN_M, known.max(axis=0) + _MARGIN_M
+    return float(left), float(right), float(bottom), float(top)
+
+
+def _draw_swarm(
+    axes: Axes, run: Run, robots: dict[str, NDArray[Any]] | None, points_per_m: float
+) -> None:
+    """Stations, destinations and robots; sizes follow the scale but stay legible."""
+    axes.plot(
+        *run.stations_m.T, linestyle="none", marker="P", markersize=11, zorder=3,
+        markerfacecolor=CHARGE_GREEN, markeredgecolor="black", label="charging station",
+    )  # fmt: skip
+    if robots is None:
+        return
+    charging = robots["mode"] == "CHR"
+    # A robot on its way to charge has left its team: what it headed for before is nobody's target.
+    cells = np.unique(robots["destination"][robots["alive"] & ~charging])
+    targets = run.frame.centres_of(run.frame.unflat_many(cells[cells >= 0]))
+    ring = float(np.clip(2.0 * run.frame.cell_m * points_per_m, 9.0, 22.0))
+    axes.plot(
+        *targets.T, linestyle="none", marker=_ring_of_dots(), markersize=ring, zorder=4,
+        color=DESTINATION_PURPLE, markeredgewidth=0.0, label="destination",
+    )  # fmt: skip
+    dot = float(np.clip(2.0 * run.scenario.body.radius_m * points_per_m, 6.0, 12.0))
+    for chosen, colour, label in (
+        (robots["alive"] & ~charging, EXPLORE_RED, "robot (EXP)"),
+        (robots["alive"] & charging, CHARGE_GREEN, "robot (CHR)"),
+        (~robots["alive"], STRANDED_BLUE, "robot (stranded)"),
+    ):
+        if chosen.any():
+            axes.plot(
+                robots["x_m"][chosen], robots["y_m"][chosen], linestyle="none", marker="o",
+                markersize=dot, zorder=5, markerfacecolor=colour, markeredgecolor="white",
+                markeredgewidth=0.4, label=label,
+            )  # fmt: skip
+
+
+def _ring_of_dots() -> Any:
+    """A marker: eight dots on a circle."""
+    from matplotlib.path import Path as Outline
+
+    angles = np.arange(8) * (np.pi / 4)
+    centres = np.column_stack((np.cos(angles), np.sin(angles)))
+    dot = Outline.circle(radius=0.2)
+    return Outline.make_compound_path(
+        *(Outline(dot.vertices + centre, dot.codes) for centre in centres)
+    )
+
+
+def _title(run: Run, step: int) -> str:
+    """Step, explored area if it is on record, and N."""
+    from swarmscout.recording.tables import LEVELS
+
+    words = [f"step {step}"]
+    if "coverage" in LEVELS[run.level]:
+        rows = run.coverage
+        explored = rows["explored_m2"][int(rows["step"].search_sorted(step))]
+        words.append(f"{explored:.0f} m² explored")
+    elif run.summary is not None:
+        words.append(f"{run.summary['explored_m2']:.0f} m² explored")
+    return " · ".join([*words, f"N = {run.scenario.robots}"])

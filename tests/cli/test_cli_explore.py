@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import contextlib
+import os
+import pty
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from swarmscout import Run
+
+Command = Callable[..., tuple[int, str, str]]
+
+SHORT = ("--robots", "3", "--steps", "60", "--destinations", "nearest")
+
+
+def test_a_mission_with_its_summary_run_and_picture(command: Command, here: Path) -> None:
+    code, out, err = command("explore", *SHORT, "--seed", "9")
+    assert (code, err) == (0, "")
+    folder = Path("runs/lava-tube-nearest-n3-s9")
+    run = Run.open(folder)
+    assert run.finished
+    assert run.summary is not None
+    assert (run.scenario.robots, run.scenario.steps, run.scenario.seed) == (3, 60, 9)
+    for said in (
+        f"{run.summary['explored_m2']:.1f} m²",
+        f"{run.summary['explored_fraction']:.1%}",
+        "step 50:",
+        run.summary["end_reason"],
+        f"run: {folder}",
+        f"picture: {folder}/map.png",
+    ):
+        assert said in out
+    with Image.open(folder / "map.png") as picture:
+        assert min(picture.size) > 300
+    assert (folder / "map.png").stat().st_size < 300_000
+
+
+def test_piped_output_is_plain(command: Command) -> None:
+    _, out, _ = command("explore", *SHORT, "--no-picture")
+    assert not [character for character in out if ord(character) < 32 and character != "\n"]
+    assert 5 <= out.count("\n") <= 15
+    assert max(len(line) for line in out.splitlines()) <= 160
+
+
+@pytest.mark.slow
+def test_a_terminal_shows_a_bar_with_what_matters(start: Callable[..., Any]) -> None:
+    outer, inner = pty.openpty()
+    child = start("explore", *SHORT, "--out", "x", "--no-picture", stdout=inner)
+    os.close(inner)
+    shown = b""
+    with contextlib.suppress(OSError):  # A terminal whose other side is closed.
+        while more := os.read(outer, 65536):
+            shown += more
+    os.close(outer)
+    assert child.wait() == 0, child.stderr.read()
+    child.stderr.close()
+    for word in ("step", "/60", "m²", "teams", "charging", "run: x"):
+        assert word in shown.decode()
+
+
+def test_a_reader_that_leaves_early_is_no_error(start: Callable[..., Any]) -> None:
+    outer, inner = os.pipe()
+    os.close(outer)
+    child = start("list", "worlds", stdout=inner)
+    os.close(inner)
+    assert child.communicate()[1] == ""
+    assert child.returncode == 128 + 13
+
+
+def test_names_count_up(command: Command, here: Path) -> None:
+    for _ in range(3):
+        assert command("explore", *SHORT, "--no-picture")[0] == 0
+    assert sorted(path.name for path in (here / "runs").iterdir()) == [
+        "lava-tube-nearest-n3-s0", "lava-tube-nearest-n3-s0-2", "lava-tube-nearest-n3-s0-3",
+    ]  # fmt: skip
+
+
+def test_a_scenario_file_and_what_is_set_on_top(command: Command, here: Path) -> None:
+    (here / "mine.toml").write_text("robots = 2\nsteps = 10\n[teams]\ndesired_size = 4\n")
+    words = ["explore", "mine.toml", "--out", "x", "--no-picture", "--record", "curves"]
+    words += ["--set", "teams.d_join_m=3.5", "--set", "start=spread", "--set", "robots = 5"]
+    assert command(*words, "--robots", "4")[0] == 0
+    scenario = Run.open("x").scenario
+    assert (scenario.robots, scenario.steps) == (4, 10)
+    assert (scenario.teams.desired_size, scenario.teams.d_join_m) == (4, 3.5)
+    assert scenario.start == "spread"
+    assert Run.open("x").level == "curves"
+
+
+def test_a_run_folder_is_a_scenario(command: Command) -> None:
+    assert command("explore", *SHORT, "--out", "x", "--no-picture")[0] == 0
+    assert command("explore", "x", "--out", "y", "--no-picture")[0] == 0
+    assert Run.open("y").steps.equals(Run.open("x").steps)
+    assert Path("y/scenario.toml").read_bytes() == Path("x/scenario.toml").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["paper", "paper-literal"])
+def test_shipped_scenarios(name: str, command: Command) -> None:
+    words = ("explore", name, "--steps", "5", "--out", "x", "--record", "summary", "--no-picture")
+    assert command(*words)[0] == 0
+    run = Run.open("x")
+    assert run.scenario.robots == 15
+    assert run.scenario.routes.cost == ("probability" if name == "paper-literal" else "length")
+
+
+def test_a_selector_of_ones_own(command: Command, here: Path) -> None:
+    (here / "mine.py").write_text(
+        "from swarmscout.destinations.nearest import Nearest\nclass Mine(Nearest):\n    pass\n"
+    )
+    assert command("explore", *SHORT[:4], "--destinations", "mine.py:Mine", "--no-picture")[0] == 0
+    assert [path.name for path in (here / "runs").iterdir()] == ["lava-tube-Mine-n3-s0"]

@@ -1,0 +1,73 @@
+"""Ctrl-C and SIGTERM end a mission cleanly: what was recorded is kept, and it is said where."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import pytest
+
+from swarmscout import Run, explore
+from swarmscout.cli.app import main
+from swarmscout.cli.interrupts import Interrupted, between_steps, interruptible
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_keeps_the_run(
+    start: Callable[..., Any], here: Path, number: signal.Signals, code: int
+) -> None:
+    words = ("--robots", "4", "--steps", "1000000", "--destinations", "nearest", "--out", "x")
+    child = start("explore", *words, "--set", "battery.enabled=false")
+    deadline = time.monotonic() + 120
+    while not (here / "x" / "parts" / "coverage-000000.parquet").exists():
+        assert child.poll() is None, child.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+    child.send_signal(number)
+    out, err = child.communicate(timeout=60)
+    run = Run.open("x")
+    assert (child.returncode, err.count("\n")) == (code, 1), (out, err)
+    assert f"steps 0 to {run.last_step} are kept in x" in err
+    assert not run.finished
+    assert run.last_step >= 49
+    whole = explore(
+        robots=4, steps=run.last_step, destinations="nearest", battery={"enabled": False}
+    )
+    assert run.steps.equals(whole.steps)
+    assert run.coverage.equals(whole.coverage.filter(pl.col("step") <= run.last_step))
+
+
+def test_outside_a_mission_signals_end_at_once() -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with pytest.raises(Interrupted) as caught, interruptible():
+            signal.raise_signal(number)
+        assert caught.value.signal == number
+
+
+def test_inside_a_mission_a_signal_waits_and_a_second_does_not() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    with between_steps() as check:
+        check()
+        signal.raise_signal(signal.SIGINT)  # The step goes on.
+        with pytest.raises(Interrupted) as waited:
+            check()
+        with pytest.raises(Interrupted) as at_once:
+            signal.raise_signal(signal.SIGTERM)
+    assert (waited.value.signal, at_once.value.signal) == (signal.SIGINT, signal.SIGTERM)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_an_interrupt_before_the_mission_leaves_nothing(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(
+        "swarmscout.cli.compiling.say_if_compiling", lambda: signal.raise_signal(signal.SIGINT)
+    )
+    assert main(["explore", "--out", "x"]) == 130
+    assert capsys.readouterr().err == "interrupted\n"
+    assert not (here / "x").exists()
