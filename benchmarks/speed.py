@@ -1,0 +1,165 @@
+"""How fast missions run: a table in Markdown, with ratios measured in one run.
+
+    python benchmarks/speed.py [--repeats 7] [--out docs/performance-table.md]
+
+Every figure is the least CPU time of several repeats, compile time apart: on a machine that others
+use too, the least is what the code itself takes. The unit is a fixed reference kernel, timed in the
+same process between the missions, so that tables from two machines can be compared. Missions run
+through the public ``Mission`` with the default scenario; only what a row names is changed. IR-SIM
+(``pip install 'swarmscout[bench]'``) stands beside it where it can do the same part of the work.
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from time import process_time
+
+import numba
+import numpy as np
+from irsim_sensing import irsim_sensing_seconds
+
+import swarmscout
+from swarmscout import Mission, Scenario, load_world, record_mission
+
+
+@dataclass(frozen=True)
+class Row:
+    """One mission to be timed."""
+
+    what: str
+    scenario: Scenario
+    record: bool = False
+
+
+@numba.njit
+def _reference(n: int) -> int:
+    """A fixed amount of integer work: n steps of a xorshift generator."""
+    x = np.uint64(88172645463325252)
+    for _ in range(n):
+        x ^= x << np.uint64(13)
+        x ^= x >> np.uint64(7)
+        x ^= x << np.uint64(17)
+    return x
+
+
+REFERENCE_STEPS = 10_000_000
+
+
+def rows() -> list[Row]:
+    """What is measured."""
+    return [
+        Row("N = 15, one place", Scenario()),
+        Row("N = 15, one place, recorded in full", Scenario(), record=True),
+        Row("N = 15, one place, `nearest`", Scenario(destinations="nearest")),
+        Row("N = 15, one place, `paper-literal`", swarmscout.load_scenario("paper-literal")),
+        Row("N = 15, spread", Scenario(start="spread")),
+        Row("N = 100, one place", Scenario(robots=100)),
+        Row("N = 100, spread (routes dominate)", Scenario(robots=100, start="spread")),
+        Row("N = 1000, one place", Scenario(robots=1000)),
+    ]
+
+
+def least(run: Callable[[], float], repeats: int) -> float:
+    """The least of what a number of repeats return."""
+    return min(run() for _ in range(repeats))
+
+
+def reference_seconds() -> float:
+    """CPU seconds of the reference kernel, once."""
+    started = process_time()
+    _reference(REFERENCE_STEPS)
+    return process_time() - started
+
+
+def mission_seconds(row: Row, world: swarmscout.World) -> float:
+    """CPU seconds of one mission; setting it up is not counted, recording is."""
+    if row.record:
+        with tempfile.TemporaryDirectory() as folder:
+            started = process_time()
+            record_mission(row.scenario, world=world, out=Path(folder) / "run")
+            return process_time() - started
+    mission = Mission(row.scenario, world=world)
+    started = process_time()
+    mission.run()
+    return process_time() - started
+
+
+def sensing_seconds(world: swarmscout.World, robots: int, steps: int) -> float:
+    """CPU seconds of sensing and moving alone, without any mind."""
+    mission = Mission(Scenario(robots=robots), world=world)
+    started = process_time()
+    for step in range(1, steps + 1):
+        mission.senses.read(mission.bodies, mission.minds, step)
+    return process_time() - started
+
+
+def table(repeats: int) -> str:
+    """The whole table in Markdown."""
+    world = load_world("lava-tube")
+    _reference(10)
+    for row in rows():
+        small = Scenario.model_validate({**row.scenario.model_dump(), "robots": 15, "steps": 60})
+        Mission(small, world=world).run()
+    unit = least(reference_seconds, 3 * repeats)
+    lines = [
+        f"swarmscout {swarmscout.__version__}, Python {platform.python_version()}, "
+        f"NumPy {np.__version__}, Numba {numba.__version__}, {platform.machine()}; one core; "
+        f"least CPU time of {repeats} repeats; 300 steps in the world `lava-tube`. The reference "
+        f"kernel ({REFERENCE_STEPS:,} xorshift steps) took {1e3 * unit:.1f} ms: one *unit*.",
+        "",
+        "| mission | CPU seconds | units | µs per step | robot-steps per second |",
+        "|---|---:|---:|---:|---:|",
+    ]
+    for row in rows():
+        seconds = least(lambda row=row: mission_seconds(row, world), repeats)
+        steps, robots = row.scenario.steps, row.scenario.robots
+        lines.append(
+            f"| {row.what} | {seconds:.3f} | {seconds / unit:.2f} | {1e6 * seconds / steps:,.0f} "
+            f"| {robots * steps / seconds:,.0f} |"
+        )
+    lines += ["", *irsim_lines(world, repeats)]
+    return "\n".join(lines) + "\n"
+
+
+def irsim_lines(world: swarmscout.World, repeats: int) -> list[str]:
+    """Sensing alone beside IR-SIM, both measured in this run."""
+    robots, steps = 15, 60
+    ours = least(lambda: sensing_seconds(world, robots, 20 * steps), repeats) / 20
+    whole = least(lambda: mission_seconds(Row("", Scenario()), world), repeats)
+    whole_rate = 300 * robots / whole
+    theirs = irsim_sensing_seconds(robots, steps, repeats)
+    if theirs is None:
+        return ["IR-SIM is not installed here (`pip install 'swarmscout[bench]'`): not compared."]
+    name, seconds = theirs
+    rate, our_rate = robots * steps / seconds, robots * steps / ours
+    return [
+        f"Beside {name}, N = {robots}, nine rays of 1 m over 140° with noise:",
+        "",
+        "| | robot-steps per second | ratio |",
+        "|---|---:|---:|",
+        f"| {name}: sensing and motion alone | {rate:,.0f} | 1 |",
+        f"| swarmscout: sensing alone | {our_rate:,.0f} | {our_rate / rate:,.0f} |",
+        "| swarmscout: the whole mission (sensing, mapping, teams, destinations, routes, motion) "
+        f"| {whole_rate:,.0f} | {whole_rate / rate:,.0f} |",
+    ]
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--out", type=Path, help="also write the table to this file")
+    arguments = parser.parse_args()
+    text = table(arguments.repeats)
+    print(text)
+    if arguments.out is not None:
+        arguments.out.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
