@@ -314,6 +314,25 @@ def test_two_robots_that_drive_through_each_other_do_not() -> None:
     assert arena.bodies.touched.tolist() == [1, 0]
 
 
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.floats(0.05, 0.95))
+def test_small_robots_do_not_jump_over_thin_walls(seed: int, across: float) -> None:
+    """A long move starts and ends clear of a wall, and of its corners, yet crosses it."""
+    rng = np.random.default_rng(seed)
+    free = np.ones((9, 9), dtype=np.uint8)
+    free[4, 4] = 0
+    world = World("pillar", free, 0.3)
+    target = 1.2 + 0.3 * np.array([across, rng.uniform(0.05, 0.95)])
+    heading = int(rng.integers(TICKS))
+    start = target - rng.uniform(0.25, 0.55) * TABLE[heading]
+    arena = Arena(world, place_bodies(start[None], np.array([heading]), np.ones(1)), 0.02, 0.6)
+    arena.step(np.array([FORWARD]))
+    assert arena.bodies.contact[0] == WALL_CONTACT
+    assert np.array_equal(arena.bodies.position[0], start)
+    touched = start + arena.bodies.contact_offset[0]
+    assert world.frame.cell_of(*touched) == (4, 4)
+
+
 def test_dead_robots_never_move_and_stay_in_the_way() -> None:
     world = World("plain", np.ones((20, 40), dtype=np.uint8), 0.1)
     start = np.array([[1.0, 1.0], [1.35, 1.0]])

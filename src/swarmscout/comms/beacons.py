@@ -28,14 +28,14 @@ def hear(state, reading, sending, links, heard_state, heard_reading, still, step
     """
     listeners = heard_state.shape[0]
     for j in range(state.shape[0]):
-        if not sending[j]:
-            # A silent robot is where it was last heard, and has not moved as far as anyone knows.
-            for k in range(listeners):
-                still[k, j] += 1
-            continue
-        state[j, STEP] = step
+        if sending[j]:
+            state[j, STEP] = step
         for k in range(listeners):
-            if listeners > 1 and k != j and not links[k, j]:
+            if not sending[j] or (listeners > 1 and k != j and not links[k, j]):
+                # Out of range or out of charge is the same to a listener: as far as it knows, the
+                # robot is where it was last heard.
+                if heard_state[k, j, STEP] >= 0:
+                    still[k, j] += 1
                 continue
             dx = reading[j, 0] - heard_reading[k, j, 0]
             dy = reading[j, 1] - heard_reading[k, j, 1]

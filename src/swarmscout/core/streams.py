@@ -48,6 +48,11 @@ def stream(seed: int, purpose: str, *index: int) -> np.random.Generator:
 
     Returns:
         A PCG64 generator; the same address always gives the same numbers.
+
+    Raises:
+        ValueError: the purpose contains "/".
     """
+    if "/" in purpose:
+        raise ValueError(f"purpose {purpose!r}: '/' separates the parts of an address")
     address = _Address(f"{seed}/{purpose}/{'/'.join(map(str, index))}")
     return np.random.Generator(np.random.PCG64(address))  # type: ignore[arg-type]

@@ -1,7 +1,8 @@
 """Log-odds as fixed-point integers, and the tables that read them.
 
 One unit is 1/1000 nat. Integers add up exactly, so fusion is associative and commutative bit for
-bit: the order of messages cannot change a map.
+bit: the order of messages cannot change a map. Sums are 64 bits wide: robots that charge in one
+place see the same cells millions of times.
 
 Deviation: probabilities saturate, which the paper does not say, and when evidence is *read*, never
 when it is added.

@@ -49,11 +49,11 @@ def apply_evidence(  # type: ignore[no-untyped-def]
 
     Args:
         m: which map: a row of the next five.
-        evidence: int32[K, C] summed log-odds; status: uint8[K, C']; price: int16[K, C].
+        evidence: int64[K, C] summed log-odds; status: uint8[K, C']; price: int16[K, C].
         counts: int64[K, 4]; bounds: int64[K, 2], first and last row with a known cell.
         stamps: int64[C + 1], scratch: which update touched a cell last; [-1] counts updates.
         touched: int64[C], written: the cells that the entries name, each once.
-        before: int32[C], written beside it: their evidence before.
+        before: int64[C], written beside it: their evidence before.
         cells, increments: int64[N, capacity], the logs.
         low, high: int64[N], of robot k's log the entries low[k] … high[k] - 1 are added.
         rows, columns: the grid's shape.
@@ -184,15 +184,14 @@ class BeliefView:
     @property
     def log_odds(self) -> NDArray[np.int32]:
         """int32[rows, columns]: log-odds as read, saturated, in 1/1000 nat."""
-        log_odds: NDArray[np.int32] = np.clip(
-            self._grids.evidence[self._m], self.model.lowest, self.model.highest
-        )
-        return log_odds.reshape(self.frame.shape)
+        log_odds = np.clip(self._grids.evidence[self._m], self.model.lowest, self.model.highest)
+        narrow: NDArray[np.int32] = log_odds.astype(np.int32)
+        return narrow.reshape(self.frame.shape)
 
     @property
-    def evidence(self) -> NDArray[np.int32]:
-        """int32[rows, columns]: summed evidence, not saturated, in 1/1000 nat (read-only)."""
-        view: NDArray[np.int32] = self._grids.evidence[self._m].reshape(self.frame.shape)
+    def evidence(self) -> NDArray[np.int64]:
+        """int64[rows, columns]: summed evidence, not saturated, in 1/1000 nat (read-only)."""
+        view: NDArray[np.int64] = self._grids.evidence[self._m].reshape(self.frame.shape)
         view.flags.writeable = False
         return view
 
@@ -214,11 +213,11 @@ class OccupancyGrids:
     Attributes:
         frame: where they lie.
         model: the inverse sensor model.
-        evidence: int32[K, C], summed log-odds in 1/1000 nat.
+        evidence: int64[K, C], summed log-odds in 1/1000 nat.
         status: uint8[K, C'], label in the lower bits, FRONTIER above; C' is C rounded up to 8.
         price: int16[K, C], occupancy probability in 1/1000 for route costs; -1: occupied.
         counts: int64[K, 4]: closed in the last update, free, occupied, frontier cells.
-        touched: int64[C], cells that the last update named; before: int32[C], their evidence
+        touched: int64[C], cells that the last update named; before: int64[C], their evidence
             before it.
     """
 
@@ -228,12 +227,12 @@ class OccupancyGrids:
         self.frame = frame
         self.model = model
         size = frame.size
-        self.evidence: NDArray[np.int32] = np.zeros((maps, size), dtype=np.int32)
+        self.evidence: NDArray[np.int64] = np.zeros((maps, size), dtype=np.int64)
         self.status: NDArray[np.uint8] = np.zeros((maps, -(-size // 8) * 8), dtype=np.uint8)
         self.price: NDArray[np.int16] = np.full((maps, size), 500, dtype=np.int16)
         self.counts: NDArray[np.int64] = np.zeros((maps, 4), dtype=np.int64)
         self.touched: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
-        self.before: NDArray[np.int32] = np.zeros(size, dtype=np.int32)
+        self.before: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
         self._bounds = np.tile(np.array([frame.rows, -1], dtype=np.int64), (maps, 1))
         self._stamps = np.zeros(size + 1, dtype=np.int64)
         self._words = self.status.view(np.uint64)

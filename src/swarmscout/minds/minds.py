@@ -57,7 +57,7 @@ class Minds:
         sending: bool[N], False for a robot whose charge is gone: it says and decides nothing.
         heard_state: int64[K, N, 8], the last beacon heard of each robot, for each listener.
         heard_reading: float64[K, N, 4], the reading in it.
-        still: int64[K, N], for how many heard steps a robot has not moved.
+        still: int64[K, N], for how many steps a robot has not moved, as far as is known.
         avoided: int64[N, 32, 2], cells that the robot's team gave up, and until which step.
         avoided_next: int64[N], the place in `avoided` to be written next.
     """

@@ -113,8 +113,8 @@ def judge_step(  # type: ignore[no-untyped-def]
     Args:
         cells: int64[N, capacity]; low, high: int64[N]: this step's entries of each robot's log.
         first_seen: int64[C], -1: nobody; -2: more than one; else who saw a cell.
-        touched: int64[C] and before: int32[C]: of the swarm's map, the first n_touched count.
-        evidence: int32[C], status: uint8[C']: the swarm's map.
+        touched: int64[C] and before: int64[C]: of the swarm's map, the first n_touched count.
+        evidence: int64[C], status: uint8[C']: the swarm's map.
         ever_free: bool[C]; reachable_cells: int64[C].
         lowest, highest: saturation of log-odds when read.
         action, contact, touched_robot: int64[N]; acting: bool[N], alive when it acted;

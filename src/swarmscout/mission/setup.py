@@ -98,7 +98,7 @@ def make_planner(
     dock_m = max(0.5 * scenario.battery.station_range_m, scenario.battery.station_range_m - 0.1)
     return Planner(
         frame, scenario.robots, maps, costs, stations_m, dock_m, headings,
-        to_ticks(scenario.body.turn_deg),
+        to_ticks(scenario.body.turn_deg), scenario.body.forward_m,
     )  # fmt: skip
 
 

@@ -7,6 +7,8 @@ and drives otherwise (paper, "Task description": stop, fixed forward motion, fix
 
 from __future__ import annotations
 
+import math
+
 from swarmscout.core.codes import CHARGE, FORWARD, LEFT, NO_CONTACT, RIGHT, STOP
 from swarmscout.core.jit import kernel
 from swarmscout.minds.minds import DESTINATION, MODE
@@ -60,8 +62,8 @@ def find_needs(  # type: ignore[no-untyped-def]
         for j in range(robots):
             dearer[k, j] = -1
             if still[k, j] >= long_still:
-                row = int((heard_reading[k, j, 1] - oy) / cell_m)
-                col = int((heard_reading[k, j, 0] - ox) / cell_m)
+                row = int(math.floor((heard_reading[k, j, 1] - oy) / cell_m))
+                col = int(math.floor((heard_reading[k, j, 0] - ox) / cell_m))
                 if 0 <= row < rows and 0 <= col < columns:
                     dearer[k, j] = row * columns + col
     for i in range(robots):
@@ -69,8 +71,8 @@ def find_needs(  # type: ignore[no-untyped-def]
         if not sending[i]:
             plan[i, WANTED] = NOWHERE
             continue
-        row = min(rows - 1, max(0, int((reading[i, 1] - oy) / cell_m)))
-        col = min(columns - 1, max(0, int((reading[i, 0] - ox) / cell_m)))
+        row = min(rows - 1, max(0, int(math.floor((reading[i, 1] - oy) / cell_m))))
+        col = min(columns - 1, max(0, int(math.floor((reading[i, 0] - ox) / cell_m))))
         at_cell[i] = row * columns + col
         wanted = STATION if state[i, MODE] == CHARGE else state[i, DESTINATION]
         plan[i, WANTED] = wanted
@@ -94,10 +96,18 @@ def find_needs(  # type: ignore[no-untyped-def]
             need = dx * dx + dy * dy > (OFF_ROUTE_CELLS * cell_m) ** 2
             m = i if maps > 1 else 0
             if counts[m, 0] > 0:
+                before = at_cell[i]
                 for a in range(plan[i, AT], min(plan[i, LENGTH], route.shape[1])):
-                    if price[m, route[i, a]] < 0:
+                    cell = route[i, a]
+                    # The two cells beside a diagonal move count too: no corner is cut.
+                    beside = before // columns * columns + cell % columns
+                    across = cell // columns * columns + before % columns
+                    if price[m, cell] < 0 or (
+                        a > plan[i, AT] and (price[m, beside] < 0 or price[m, across] < 0)
+                    ):
                         need = True
                         break
+                    before = cell
         plan[i, AGAIN] = 0
         if need:
             plan[i, NEED] = 1
@@ -108,7 +118,7 @@ def find_needs(  # type: ignore[no-untyped-def]
 @kernel
 def steer(  # type: ignore[no-untyped-def]
     state, reading, sending, contact, stations, dock_m, plan, route, table,
-    half_turn, ox, oy, cell_m, columns, action,
+    half_turn, waypoint_m, ox, oy, cell_m, columns, action,
 ):  # fmt: skip
     """Choose each robot's next action from its own route, pose and bumps.
 
@@ -122,7 +132,8 @@ def steer(  # type: ignore[no-untyped-def]
         contact: int64[N], what each robot felt at its last move.
         stations: float64[k, 2]; dock_m: near enough to a station to charge, in metres.
         plan, route: ``RouteTable``; table: float64[3600, 2] of (cos, sin).
-        half_turn: half of one rotation, in ticks.
+        half_turn: half of one rotation, in ticks; waypoint_m: this near to a waypoint, the robot
+            goes on to the next.
         ox, oy, cell_m, columns: the grid's frame.
         action: int64[N], written: STOP, FORWARD, LEFT or RIGHT.
     """
@@ -141,7 +152,7 @@ def steer(  # type: ignore[no-untyped-def]
             waypoint = route[i, plan[i, AT]]
             dx = ox + (waypoint % columns + 0.5) * cell_m - x
             dy = oy + (waypoint // columns + 0.5) * cell_m - y
-            if dx * dx + dy * dy > (0.5 * cell_m) ** 2:
+            if dx * dx + dy * dy > waypoint_m * waypoint_m:
                 break
             plan[i, AT] += 1
         if plan[i, GOAL] == STATION and (blocked or plan[i, AT] >= longest):

@@ -37,6 +37,7 @@ class Planner:
         dock_m: float,
         headings: NDArray[np.float64],
         turn_ticks: int,
+        forward_m: float,
     ) -> None:
         self.frame = frame
         self.costs = costs
@@ -53,6 +54,10 @@ class Planner:
         self._dock_m = dock_m
         self._headings = headings
         self._half_turn = turn_ticks // 2
+        # Driving while off by up to half a turn, a robot gets nearer to a waypoint only while that
+        # is farther than forward / (2 cos(half a turn)); nearer, it would circle it.
+        cosine = max(0.5, float(headings[self._half_turn, 0]))
+        self._waypoint_m = max(0.5 * frame.cell_m, 1.05 * forward_m / (2.0 * cosine))
 
     def plan(
         self,
@@ -83,7 +88,7 @@ class Planner:
         """Write each robot's next action."""
         steer(
             minds.state, minds.reading, minds.sending, contact, self.stations_m, self._dock_m,
-            self.table.state, self.table.cells, self._headings, self._half_turn,
+            self.table.state, self.table.cells, self._headings, self._half_turn, self._waypoint_m,
             self.frame.origin_x_m, self.frame.origin_y_m, self.frame.cell_m, self.frame.columns,
             action,
         )  # fmt: skip

@@ -263,7 +263,7 @@ def form_teams(  # type: ignore[no-untyped-def]
             state[i, SIZE] = counts[leader, 0]
             if state[i, MODE] == CHARGE:
                 state[i, DESTINATION] = -1
-                if counts[leader, 0] > 1:
+                if leader != i or counts[leader, 0] > 1:
                     _leave(state, i, step, events, count)
                 continue
             if general and _general_leaver(heard, counts, i, step, silence):

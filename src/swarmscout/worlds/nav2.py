@@ -24,6 +24,7 @@ __all__ = ["load_nav2"]
 
 _KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
 _MODES = ("trinary", "scale", "raw")
+_UNKNOWN_GREY = 205
 _RAW_HIGHEST = 100
 
 
@@ -106,7 +107,7 @@ def _free_pixels(
     colours: NDArray[np.float64],
     opaque: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
-    """bool[rows, cols], row 0 at the top: what nav2 would call free.
+    """bool[rows, cols], row 0 at the top: what nav2 would call free, but for unknown.
 
     ``raw`` takes the grey value itself for the occupancy in percent (above 100: unknown), whatever
     ``negate`` says, as nav2 does.
@@ -133,4 +134,8 @@ def _free_pixels(
     # which makes a half transparent white pixel unknown as well.
     occupancy = np.round(shade if negate else 1.0 - shade, 9)
     free: NDArray[np.bool_] = (occupancy < free_below) & opaque
+    if mode == "trinary":
+        # Map savers paint unknown in this grey, and many then write a free_thresh (0.25) that
+        # calls it free. Unknown is not free.
+        free &= np.rint(shade * 255.0) != _UNKNOWN_GREY
     return free

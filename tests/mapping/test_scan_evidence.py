@@ -1,0 +1,171 @@
+"""Scans become evidence: the kernel against a slow reference written from the definition."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from itertools import pairwise
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from swarmscout.core.codes import NO_CONTACT, ROBOT_CONTACT, WALL_CONTACT
+from swarmscout.core.grid import GridFrame
+from swarmscout.mapping.evidence import EvidenceLog, observe
+
+TICKS = 3600
+ANGLES = np.arange(TICKS) * 2.0 * np.pi / TICKS
+TABLE = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]).round(15)
+FREE, OCCUPIED = -405, 847
+
+Array = NDArray[np.float64]
+
+
+def cells_on_way(frame: GridFrame, start: Array, end: Array) -> set[tuple[int, int]]:
+    """Cells that a straight way enters: cut it at all grid lines, and look in the middles."""
+    cuts = [0.0, 1.0]
+    for axis, origin in enumerate((frame.origin_x_m, frame.origin_y_m)):
+        a, b = (start[axis] - origin) / frame.cell_m, (end[axis] - origin) / frame.cell_m
+        low, high = min(a, b), max(a, b)
+        lines = np.arange(np.ceil(low), np.floor(high) + 1.0)
+        if b != a:
+            cuts += ((lines - a) / (b - a)).tolist()
+    cuts = sorted(cut for cut in cuts if 0.0 <= cut <= 1.0)
+    middles = [(s + t) / 2.0 for s, t in pairwise(cuts)]
+    return {frame.cell_of(*(start + t * (end - start))) for t in middles}
+
+
+def reference(
+    frame: GridFrame, place: Array, tick: int, ranges: Array, offsets: NDArray[np.int64],
+    range_m: float, contact: int, contact_offset: Array, depth_m: float,
+) -> dict[int, int]:  # fmt: skip
+    """Sum of one scan's increments for each cell of the grid that it says something about."""
+    total: dict[tuple[int, int], int] = defaultdict(int)
+    for measured, offset in zip(ranges, offsets, strict=True):
+        angle = ANGLES[(tick + int(offset)) % TICKS]
+        way = np.array([np.cos(angle), np.sin(angle)])
+        passed = cells_on_way(frame, place, place + min(measured, range_m) * way)
+        if measured <= range_m:
+            ended = frame.cell_of(*(place + (measured + depth_m) * way))
+            passed.discard(ended)
+            total[ended] += OCCUPIED
+        for cell in passed:
+            total[cell] += FREE
+    if contact == WALL_CONTACT:
+        total[frame.cell_of(*(place + contact_offset))] += OCCUPIED
+    return {frame.flat(*cell): sum_ for cell, sum_ in total.items() if frame.contains(*cell)}
+
+
+@settings(max_examples=100)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    cell_m=st.sampled_from([0.1, 0.25, 0.5, 0.7, 2.0]),
+    rays=st.integers(1, 12),
+    range_m=st.floats(0.1, 2.5),
+    depth_m=st.sampled_from([0.0, 0.05, 0.3]),
+)
+def test_log_entries_equal_the_reference(
+    seed: int, cell_m: float, rays: int, range_m: float, depth_m: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    robots = 4
+    frame = GridFrame(*rng.uniform(-3.0, 3.0, 2).tolist(), cell_m, *rng.integers(3, 12, 2).tolist())
+    left, right, bottom, top = frame.extent
+    offsets = rng.integers(-TICKS // 2, TICKS // 2, rays)
+    log = EvidenceLog(robots, rays, range_m + 0.5, cell_m, keep=True)
+    expected: list[list[dict[int, int]]] = [[] for _ in range(robots)]
+    lengths = [log.length.copy()]
+    for _ in range(3):
+        reading = np.column_stack([
+            # A robot may believe to be outside of its map.
+            rng.uniform(left - 1.0, right + 1.0, robots),
+            rng.uniform(bottom - 1.0, top + 1.0, robots),
+            rng.integers(0, TICKS, robots),
+            np.ones(robots),
+        ])  # fmt: skip
+        ranges = rng.uniform(0.0, 1.3 * range_m, (robots, rays))
+        ranges[rng.random((robots, rays)) < 0.3] = np.inf
+        ranges[rng.random((robots, rays)) < 0.1] = 0.0
+        contact = rng.choice([NO_CONTACT, WALL_CONTACT, ROBOT_CONTACT], robots)
+        contact_offset = rng.uniform(-0.3, 0.3, (robots, 2))
+        sending = rng.random(robots) < 0.8
+        log.make_room()
+        observe(
+            log, reading, sending, ranges, offsets, TABLE, range_m, contact, contact_offset,
+            frame, (FREE, OCCUPIED), depth_m,
+        )  # fmt: skip
+        lengths.append(log.length.copy())
+        assert not log.window.any()
+        for i in range(robots):
+            expected[i].append(
+                reference(
+                    frame, reading[i, :2], int(reading[i, 2]), ranges[i], offsets, range_m,
+                    int(contact[i]), contact_offset[i], depth_m,
+                ) if sending[i] else {}
+            )  # fmt: skip
+    for i in range(robots):
+        for scan, wanted in enumerate(expected[i]):
+            entries = slice(lengths[scan][i], lengths[scan + 1][i])
+            cells = log.cells[i, entries].tolist()
+            assert len(set(cells)) == len(cells) <= log.per_scan
+            assert dict(zip(cells, log.increments[i, entries].tolist(), strict=True)) == {
+                cell: sum_ for cell, sum_ in wanted.items() if sum_ != 0
+            }
+
+
+def test_a_ray_straight_ahead_by_hand() -> None:
+    frame = GridFrame(0.0, 0.0, 0.5, rows=3, columns=6)
+    log = EvidenceLog(1, 1, 2.5, 0.5, keep=True)
+    reading = np.array([[0.25, 0.75, 0.0, 1.0]])
+    observe(
+        log, reading, np.array([True]), np.array([[1.2]]), np.array([0]), TABLE, 2.0,
+        np.array([NO_CONTACT]), np.zeros((1, 2)), frame, (FREE, OCCUPIED), 0.0,
+    )  # fmt: skip
+    assert log.cells[0, :3].tolist() == [6, 7, 8]
+    assert log.increments[0, :3].tolist() == [FREE, FREE, OCCUPIED]
+    # Nothing met: every cell up to the longest range is free.
+    observe(
+        log, reading, np.array([True]), np.array([[np.inf]]), np.array([0]), TABLE, 2.0,
+        np.array([NO_CONTACT]), np.zeros((1, 2)), frame, (FREE, OCCUPIED), 0.0,
+    )  # fmt: skip
+    assert log.cells[0, 3:8].tolist() == [6, 7, 8, 9, 10]
+    assert log.increments[0, 3:8].tolist() == [FREE] * 5
+    assert log.length.tolist() == [8]
+
+
+def fill(log: EvidenceLog, scans: int, seed: int) -> list[list[tuple[int, int]]]:
+    """Write scans of random length by hand; returns what was written."""
+    rng = np.random.default_rng(seed)
+    written: list[list[tuple[int, int]]] = [[] for _ in log.length]
+    for _ in range(scans):
+        log.make_room()
+        for k in range(len(log.length)):
+            for _ in range(int(rng.integers(log.per_scan // 2, log.per_scan + 1))):
+                entry = int(rng.integers(10**6)), int(rng.integers(-900, 900))
+                log.cells[k, log.length[k]], log.increments[k, log.length[k]] = entry
+                log.length[k] += 1
+                written[k].append(entry)
+    return written
+
+
+@settings(max_examples=5)
+@given(st.integers(0, 2**32 - 1))
+def test_a_log_that_grows_keeps_what_it_holds(seed: int) -> None:
+    log = EvidenceLog(2, 1, 0.4, 0.5, keep=True)
+    capacity = log.cells.shape[1]
+    written = fill(log, 200, seed)
+    assert log.cells.shape[1] > 2 * capacity
+    for k, entries in enumerate(written):
+        n = int(log.length[k])
+        kept = list(zip(log.cells[k, :n].tolist(), log.increments[k, :n].tolist(), strict=True))
+        assert kept == entries
+
+
+def test_a_log_that_is_not_kept_holds_one_scan() -> None:
+    log = EvidenceLog(2, 3, 1.5, 0.5, keep=False)
+    assert log.cells.shape == (2, log.per_scan)
+    fill(log, 5, 0)
+    log.make_room()
+    assert log.length.tolist() == [0, 0]
+    assert log.cells.shape == (2, log.per_scan)
