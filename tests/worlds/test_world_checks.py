@@ -36,7 +36,6 @@ SHAPE = (5, 12)
         ({"free": np.zeros(SHAPE, dtype=np.uint8)}, "nothing is free"),
         ({"free": np.zeros((0, 4), dtype=np.uint8)}, "nothing is free"),
         ({"free": np.full(SHAPE, 255, dtype=np.uint8)}, "free holds 255"),
-        ({"free": np.ones(SHAPE, dtype=np.uint8, order="F")}, "not C-contiguous"),
         ({"resolution_m": 0.0}, "resolution_m = 0.0"),
         ({"resolution_m": float("nan")}, "resolution_m = nan"),
         ({"origin_m": (float("inf"), 0.0)}, "origin_m = (inf, 0.0)"),
@@ -78,3 +77,14 @@ def test_a_start_that_is_too_small():
     slit = world_from_array(np.eye(40, dtype=np.uint8), 0.1)
     with pytest.raises(WorldError, match=r"no robot of 0.3 m fits anywhere"):
         check_world(slit, 1)
+
+
+def test_a_world_is_frozen_however_it_was_made():
+    mine = np.ones(SHAPE, dtype=np.bool_, order="F")
+    world = World("mine", mine, 1, (0, 0), (1, 2))
+    assert world.free.dtype == np.uint8
+    assert world.free.flags.c_contiguous
+    assert not world.free.flags.writeable
+    mine[0, 0] = False
+    assert world.free[0, 0] == 1
+    assert all(isinstance(part, float) for part in (*world.origin_m, *world.start_m))

@@ -235,7 +235,6 @@ class OccupancyGrids:
         self.before: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
         self._bounds = np.tile(np.array([frame.rows, -1], dtype=np.int64), (maps, 1))
         self._stamps = np.zeros(size + 1, dtype=np.int64)
-        self._words = self.status.view(np.uint64)
         self._permille = model.permille()
         self._neighbours = neighbours
         self._thresholds = np.array(
@@ -273,7 +272,11 @@ class OccupancyGrids:
         found = np.empty(self.counts[m, FRONTIERS], dtype=np.int64)
         if len(found):
             collect_frontiers(
-                self._words[m], self._bounds[m], self.frame.columns, self.frame.size, found
+                self.status[m].view(np.uint64),
+                self._bounds[m],
+                self.frame.columns,
+                self.frame.size,
+                found,
             )
         return found
 

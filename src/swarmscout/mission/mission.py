@@ -261,11 +261,11 @@ class Mission:
     def _why_over(self) -> str | None:
         if self.judge.moving == 0:
             return "no robot able to move"
-        whole = self.judge.explored_m2 >= self.judge.reachable_m2 - 1e-9
-        # Before the first cell is known to be free there is no frontier either.
-        closed = self.swarm.frontier_count(0) == 0 and self.judge.explored_m2 > 0.0
-        if whole or closed:
+        if self.judge.explored_m2 >= self.judge.reachable_m2 - 1e-9:
             return "everything reachable explored"
+        # Before the first cell is known to be free there is no frontier either.
+        if self.swarm.frontier_count(0) == 0 and self.judge.explored_m2 > 0.0:
+            return "no frontier left"
         if self.step_number >= self.scenario.steps:
             return "steps used up"
         return None

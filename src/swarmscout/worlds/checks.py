@@ -49,8 +49,6 @@ def _check_rasters(world: World) -> None:
         raise WorldError(f"{where}: free is {kind}, expected uint8[rows, cols] of 0 and 1")
     if not free.size or not free.any():
         raise WorldError(f"{where}: nothing is free in {free.shape[0]} × {free.shape[1]} cells")
-    if not free.flags.c_contiguous:
-        raise WorldError(f"{where}: free is not C-contiguous: give numpy.ascontiguousarray(free)")
     if int(free.max()) > 1:
         raise WorldError(f"{where}: free holds {int(free.max())}, expected only 0 and 1")
     check_length(f"{where}: resolution_m", world.resolution_m)

@@ -50,6 +50,24 @@ class World:
     source: Mapping[str, Any] = field(default_factory=dict)
     derived: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
+    def __post_init__(self) -> None:
+        """Freeze the raster and take places as floats: a world does not change.
+
+        What else may be wrong with a world made by hand, ``check_world`` says.
+        """
+        free = np.asarray(self.free)
+        if free.dtype == np.uint8 or free.dtype == np.bool_:
+            frozen = np.array(
+                free, dtype=np.uint8, order="C", copy=None if _is_frozen(free) else True
+            )
+            frozen.setflags(write=False)
+            object.__setattr__(self, "free", frozen)
+        for name in ("origin_m", "start_m"):
+            place = getattr(self, name)
+            if place is not None:
+                object.__setattr__(self, name, tuple(float(part) for part in place))
+        object.__setattr__(self, "resolution_m", float(self.resolution_m))
+
     def __getstate__(self) -> dict[str, Any]:
         """What a copy in another process needs: not what can be derived again."""
         return {**self.__dict__, "derived": {}}
@@ -71,3 +89,8 @@ class World:
         place = f"{self.free.shape} {self.resolution_m!r} {self.origin_m[0]!r} {self.origin_m[1]!r}"
         packed = np.packbits(np.ascontiguousarray(self.free) != 0)
         return hashlib.sha256(place.encode() + packed.tobytes()).hexdigest()
+
+
+def _is_frozen(array: NDArray[Any]) -> bool:
+    """Whether nobody can write to an array, so that it need not be copied."""
+    return not array.flags.writeable and array.flags.owndata

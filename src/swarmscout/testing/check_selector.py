@@ -1,0 +1,198 @@
+"""A conformance check for selectors: run it in the tests of your own rule.
+
+It tries a selector in the situations of :mod:`swarmscout.testing.situations` and in short missions,
+and says in one error which part of the contract of
+:class:`swarmscout.destinations.selector.Selector` is broken, and how.
+"""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarmscout.core.errors import SelectorError
+from swarmscout.destinations.registry import make_selector
+from swarmscout.destinations.selector import Choice, Selector
+from swarmscout.minds.view import LeaderView
+from swarmscout.mission.mission import Mission
+from swarmscout.mission.scenario import Scenario
+from swarmscout.testing.situations import situations
+from swarmscout.testing.small_worlds import small_world
+from swarmscout.testing.watching import asked, checked_answer, fingerprint
+
+__all__ = ["SelectorReport", "check_selector"]
+
+CHECKS = (
+    "has choose(view, memory)",
+    "returns a Choice with a frontier cell of its view, in whole numbers",
+    "reason is text, details are plain data",
+    "changes neither its view nor the memory it is handed, nor itself",
+    "reads nothing private of its view",
+    "neither draws from nor depends on the global generators of random and numpy.random",
+    "gives the same answer to the same view and memory",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class SelectorReport:
+    """What was checked, and held.
+
+    Attributes:
+        name: the selector's.
+        checks: one line for each part of the contract.
+        situations: in words, what the selector was confronted with.
+        decisions: how many it made in all.
+    """
+
+    name: str
+    checks: tuple[str, ...]
+    situations: tuple[str, ...]
+    decisions: int
+
+    def __str__(self) -> str:
+        """All of it as text."""
+        lines = [f"selector '{self.name}' is sound ({self.decisions} decisions):"]
+        lines += [f"  {check}" for check in self.checks]
+        lines += ["tried with:", *(f"  {words}" for words in self.situations)]
+        return "\n".join(lines)
+
+
+def check_selector(selector: Any, *, missions: int = 2, seed: int = 0) -> SelectorReport:
+    """Check that a selector keeps to its contract.
+
+    Args:
+        selector: an instance, a class that needs no arguments, a registered name, or
+            ``path/to/file.py:ClassName``.
+        missions: so many short missions in small caves are run to their end (each twice).
+        seed: makes the situations and the caves.
+
+    Returns:
+        What was checked; print it if you like.
+
+    Raises:
+        SelectorError: which rule was broken, in which situation.
+
+    Example:
+        >>> from swarmscout.destinations.nearest import Nearest
+        >>> check_selector(Nearest()).checks[0]
+        'has choose(view, memory)'
+    """
+    rule, name = _instance(selector)
+    guard = _Guard(rule, name)
+    tried = []
+    for situation in situations(seed):
+        guard.where = f"with {situation.words}"
+        first = guard.choose(situation.view, None)
+        # Once more, with what it remembers of another place.
+        guard.choose(situation.view, first.memory)
+        tried.append(situation.words)
+    guard.where = ""
+    for k in range(missions):
+        guarded = _mission(guard, name, seed + k)
+        alone = _mission(rule, name, seed + k)
+        if guarded != alone:
+            raise SelectorError(
+                f"selector '{name}' is not deterministic: the same mission in "
+                f"small_world({seed + k}) went differently when it was run again"
+            )
+    if missions:
+        tried.append(f"{missions} missions in small caves, to the end, each twice")
+    return SelectorReport(name, CHECKS, tuple(tried), guard.decisions)
+
+
+class _Guard:
+    """A selector that asks another one, several times, and checks each answer."""
+
+    def __init__(self, rule: Selector, name: str) -> None:
+        self.rule = rule
+        self.name = name
+        self.where = ""
+        self.decisions = 0
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        """What the rule answers, if it keeps to the contract."""
+        self.decisions += 1
+        where = self.where or f"in step {view.step} of a mission"
+        try:
+            return self._checked(view, memory)
+        except SelectorError as error:
+            raise SelectorError(f"selector '{self.name}' {error} ({where})") from error.__cause__
+
+    def _checked(self, view: LeaderView, memory: Any) -> Choice:
+        choice = checked_answer(asked(self.rule, view, memory, globals_seed=1), view)
+        told = fingerprint(choice)
+        if fingerprint(asked(self.rule, view, memory, globals_seed=1)) != told:
+            raise SelectorError(
+                "is not deterministic: it gave two different answers to the same view and memory; "
+                "draw from view.rng (or view.character), and remember through Choice.memory"
+            )
+        if fingerprint(asked(self.rule, view, memory, globals_seed=2)) != told:
+            raise SelectorError(
+                "depends on global randomness: its answer changes with the seed of random or "
+                "numpy.random; draw from view.rng"
+            )
+        return choice
+
+
+def _instance(selector: Any) -> tuple[Selector, str]:
+    rule: Any
+    if isinstance(selector, Path):
+        selector = str(selector)
+    if isinstance(selector, str):
+        rule, name = make_selector(selector), selector
+    elif inspect.isclass(selector):
+        name = selector.__name__
+        try:
+            rule = selector()
+        except TypeError as error:
+            raise SelectorError(
+                f"selector '{name}' cannot be made without arguments ({error}): give an instance"
+            ) from None
+    else:
+        rule, name = selector, type(selector).__name__
+    method = getattr(rule, "choose", None)
+    if not callable(method):
+        raise SelectorError(f"'{name}' is no selector: it has no method choose(view, memory)")
+    try:
+        inspect.signature(method).bind(None, None)
+    except TypeError:
+        raise SelectorError(
+            f"selector '{name}' cannot be asked: its choose{inspect.signature(method)} does not "
+            "take two arguments, choose(view, memory)"
+        ) from None
+    return rule, name
+
+
+def _mission(rule: Selector, name: str, seed: int) -> tuple[Any, ...]:
+    """Run a short mission with a rule to its end; how it went."""
+    # Little charge at the start, so that teams lose members and leaders within the mission.
+    scenario = Scenario.model_validate(
+        {
+            "robots": 8,
+            "steps": 80,
+            "seed": seed,
+            "destinations": "nearest",
+            "battery": {"capacity_steps": 120, "start_min": 0.3},
+        }
+    )
+    mission = Mission(scenario, world=small_world(seed))
+    mission.destinations.selector = rule
+    mission.destinations.name = name
+    try:
+        mission.run()
+    except SelectorError as error:
+        # What the guard found comes wrapped into the mission's own words.
+        if isinstance(error.__cause__, SelectorError):
+            raise error.__cause__ from error.__cause__.__cause__
+        raise
+    return (
+        mission.step_number,
+        mission.end_reason,
+        mission.explored_m2,
+        mission.bodies.pose.tobytes(),
+        np.array(mission.minds.state).tobytes(),
+    )

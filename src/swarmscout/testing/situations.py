@@ -1,0 +1,188 @@
+"""Views as leaders meet them, the rare ones too: real maps and routes, but no mission."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.comms.beacons import exchange_beacons
+from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.grid import GridFrame
+from swarmscout.core.streams import stream
+from swarmscout.destinations.selector import Choice
+from swarmscout.mapping.occupancy import OccupancyGrids
+from swarmscout.minds.minds import DESTINATION, DUE_AT, LEADER, SIZE, TEAM, blank_minds
+from swarmscout.minds.view import LeaderView
+from swarmscout.mission import setup
+from swarmscout.mission.scenario import Scenario
+from swarmscout.robots.bodies import heading_table
+
+__all__ = ["Situation", "leader_view", "situations"]
+
+Cell = tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What a leader may meet.
+
+    Attributes:
+        words: what is special about it.
+        view: what the leader sees.
+    """
+
+    words: str
+    view: LeaderView
+
+
+def leader_view(
+    labels: NDArray[np.uint8],
+    leader: Cell,
+    *,
+    members: tuple[Cell, ...] = (),
+    others: tuple[tuple[Cell, Cell | None], ...] = (),
+    previous: Cell | None = None,
+    step: int = 1,
+    seed: int = 0,
+) -> LeaderView:
+    """The view of a leader on a map that is made up.
+
+    Args:
+        labels: uint8[rows, columns], UNKNOWN, FREE or OCCUPIED; cells of 0.5 m.
+        leader: the cell that robot 0 stands in, which leads the team.
+        members: the cells of the others in its team, robots 1, 2, ….
+        others: teams of one: where it stands and its destination.
+        previous: the team's last destination, no frontier any more; None: it had none yet.
+        step: the current step.
+        seed: of the leader's random streams, and of what the map's evidence is in detail.
+
+    Returns:
+        What :class:`swarmscout.destinations.deciding.Destinations` shows in a mission.
+    """
+    rows, columns = labels.shape
+    scenario = Scenario(seed=seed)
+    frame = GridFrame(-2.0, 3.0, scenario.map.cell_m, rows, columns)
+    model = setup.make_model(scenario)
+    grids = OccupancyGrids(frame, 1, model, scenario.map.frontier_neighbours)
+    known = np.flatnonzero(labels != UNKNOWN)
+    amounts = stream(seed, "evidence").integers(900, 4000, len(known))
+    signed = np.where(labels.ravel()[known] == FREE, -amounts, amounts)
+    everything = np.array([len(known)], dtype=np.int64)
+    grids.apply(0, known[None, :], signed[None, :], 0 * everything, everything)
+
+    places = [leader, *members, *(place for place, _ in others)]
+    robots, team = len(places), 1 + len(members)
+    minds = blank_minds(robots, shared=True)
+    minds.reading[:, :2] = frame.centres_of(np.array(places))
+    minds.reading[:, 3] = 0.8
+    minds.state[:team, TEAM] = minds.state[:team, LEADER] = 0
+    minds.state[:team, SIZE] = team
+    minds.state[:, DUE_AT] = step + 100
+    if previous is not None:
+        minds.state[:team, DESTINATION] = frame.flat(*previous)
+    for robot, (_, destination) in enumerate(others, start=team):
+        if destination is not None:
+            minds.state[robot, DESTINATION] = frame.flat(*destination)
+    links = np.zeros((1, 1), dtype=np.bool_)
+    exchange_beacons(minds, links, step)
+
+    planner = setup.make_planner(
+        scenario, frame, 1, model, minds.reading[:1, :2].copy(), heading_table()
+    )
+    witness = _Witness()
+    destinations = setup.make_destinations(scenario, None)
+    destinations.selector = witness
+    events = np.zeros((8 * robots + 16, 4), dtype=np.int64)
+    destinations.decide(minds, grids, planner, links, step, events, np.zeros(1, dtype=np.int64))
+    return witness.views[0]
+
+
+def situations(seed: int = 0) -> Iterator[Situation]:
+    """What a rule should cope with, from the plain to the rare.
+
+    Args:
+        seed: makes the maps.
+    """
+    rng = stream(seed, "situations")
+    plain = _patchy_map(rng, 30, 40)
+    free = [(int(r), int(c)) for r, c in np.argwhere(plain == FREE)]
+    spots = [free[k] for k in rng.permutation(len(free))[:8]]
+    rest: dict[str, Any] = {"step": 21, "seed": seed}
+    walls = np.argwhere(plain == OCCUPIED).tolist()
+    yield Situation(
+        "a team among others",
+        leader_view(
+            plain,
+            spots[0],
+            members=(spots[1], spots[2]),
+            others=((spots[3], spots[4]), (spots[5], spots[6])),
+            **rest,
+        ),
+    )
+    yield Situation("no other teams", leader_view(plain, spots[0], members=(spots[1],), **rest))
+    yield Situation(
+        "a team of one", leader_view(plain, spots[3], others=((spots[1], None),), **rest)
+    )
+    yield Situation(
+        "other teams without destinations (NaN)",
+        leader_view(plain, spots[2], others=((spots[3], None), (spots[4], None)), **rest),
+    )
+    yield Situation(
+        "a team with a destination before",
+        leader_view(plain, spots[0], previous=(walls[0][0], walls[0][1]), **rest),
+    )
+
+    single = np.full((9, 9), OCCUPIED, dtype=np.uint8)
+    single[3:6, 1:7] = FREE
+    single[4, 7] = UNKNOWN
+    single[3, 6] = single[5, 6] = OCCUPIED
+    yield Situation("a single frontier", leader_view(single, (4, 2), others=(((3, 1), None),)))
+
+    prison = plain.copy()
+    prison[10:15, 10:15] = OCCUPIED
+    prison[11:14, 11:14] = FREE
+    yield Situation("frontiers to which no route leads", leader_view(prison, (12, 12), **rest))
+    prison[20:25, 10:15] = OCCUPIED
+    prison[21:24, 11:14] = FREE
+    prison[22, 12] = UNKNOWN
+    yield Situation("some frontiers to which no route leads", leader_view(prison, (25, 30), **rest))
+
+    many = _patchy_map(rng, 60, 60, unknown=0.12)
+    yield Situation("hundreds of frontiers", leader_view(many, (30, 30), **rest))
+
+    edge = np.full((12, 12), UNKNOWN, dtype=np.uint8)
+    edge[0:4, 0:5] = FREE
+    edge[8:12, 9:12] = FREE
+    yield Situation(
+        "frontiers and the leader at the map's edge",
+        leader_view(edge, (0, 0), members=((11, 11),), others=(((0, 4), (11, 9)),), **rest),
+    )
+
+
+def _patchy_map(
+    rng: np.random.Generator, rows: int, columns: int, unknown: float = 0.01
+) -> NDArray[np.uint8]:
+    """A round known region with occupied and unknown cells here and there."""
+    y, x = np.mgrid[0:rows, 0:columns]
+    inside = np.hypot(y - 0.5 * rows, x - 0.5 * columns) < 0.4 * min(rows, columns)
+    labels = np.where(inside, FREE, UNKNOWN).astype(np.uint8)
+    drawn = rng.random((rows, columns))
+    labels[inside & (drawn < unknown)] = UNKNOWN
+    labels[inside & (drawn > 0.93)] = OCCUPIED
+    return labels
+
+
+class _Witness:
+    """Keeps each leader's view."""
+
+    def __init__(self) -> None:
+        self.views: dict[int, LeaderView] = {}
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        self.views[view.robot] = view
+        row, col = view.frontiers[0].tolist()
+        return Choice((row, col))

@@ -1,0 +1,49 @@
+"""Small caves to try a rule or a robot in: a mission in one takes milliseconds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarmscout.core.streams import stream
+from swarmscout.worlds.world import World
+
+__all__ = ["small_world"]
+
+
+def small_world(seed: int = 0, *, edge_m: float = 14.0, resolution_m: float = 0.1) -> World:
+    """A cave of chambers and passages, different for each seed.
+
+    Args:
+        seed: names the cave.
+        edge_m: it lies in a square of this edge, at least 8.
+        resolution_m: edge of a raster cell.
+
+    Returns:
+        A world that starts in a chamber in its middle, with room for about 15 robots.
+
+    Example:
+        >>> small_world(3).start_m
+        (7.0, 7.0)
+    """
+    rng = stream(seed, "small world")
+    cells = round(edge_m / resolution_m)
+    y, x = (np.mgrid[0:cells, 0:cells] + 0.5) * resolution_m
+    free = np.hypot(x - 0.5 * edge_m, y - 0.5 * edge_m) < 2.4
+    for _ in range(3):
+        at = np.array([0.5 * edge_m, 0.5 * edge_m])
+        angle = rng.uniform(0.0, 2.0 * math.pi)
+        for _ in range(int(2.0 * edge_m)):
+            angle += rng.normal(0.0, 0.3)
+            ahead = at + 0.5 * np.array([math.cos(angle), math.sin(angle)])
+            if ahead.min() < 1.5 or ahead.max() > edge_m - 1.5:
+                angle += 0.5 * math.pi
+                continue
+            at = ahead
+            free |= np.hypot(x - at[0], y - at[1]) < rng.uniform(0.5, 0.9)
+    free[[0, -1], :] = free[:, [0, -1]] = False
+    raster = np.ascontiguousarray(free, dtype=np.uint8)
+    raster.flags.writeable = False
+    start_m = (0.5 * edge_m, 0.5 * edge_m)
+    return World(f"small-{seed}", raster, resolution_m, (0.0, 0.0), start_m)

@@ -1,0 +1,255 @@
+"""The blindfold test: change what robot i cannot know, and i decides the same.
+
+Two equal missions run to the same step. In one of them the truth is changed where nobody has ever
+sensed, and so is the private state of robots that i does not hear of it from. Then both take one
+more step, and all that robot i has in mind afterwards must be the same.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+from scipy import ndimage
+
+from swarmscout.core.codes import FREE
+from swarmscout.destinations.selector import Choice, Selector
+from swarmscout.minds.minds import CHOSEN_AT, DUE_AT, NEEDS, STEP
+from swarmscout.minds.view import LeaderView
+from swarmscout.mission.mission import Mission
+from swarmscout.mission.scenario import Scenario
+from swarmscout.planning.route_table import GOAL, NOWHERE
+from swarmscout.testing import small_world
+from swarmscout.testing.watching import fingerprint
+
+ROBOTS = 8
+cave = cache(small_world)
+MakeSelector = Callable[[Mission], Selector]
+
+
+def run_to(step: int, make: MakeSelector, seed: int, links: Any = None) -> Mission:
+    """A mission, stopped after a step; the decisions of the last step stand in `decided`."""
+    scenario = Scenario.model_validate(
+        {
+            "robots": ROBOTS,
+            "steps": 200,
+            "seed": seed,
+            "battery": {"capacity_steps": 150, "start_min": 0.3},
+        }
+    )
+    mission = Mission(scenario, world=cave(seed), links=links, recorder=Decided())
+    mission.destinations.selector = make(mission)
+    for _ in range(step):
+        mission.step()
+    return mission
+
+
+class Decided:
+    """Keeps the last step's decisions, and the steps that had any."""
+
+    def __init__(self) -> None:
+        self.last: list[Any] = []
+        self.steps: list[int] = []
+
+    def begin(self, mission: Any) -> None:
+        mission.decided = self
+
+    def record(self, record: Any) -> None:
+        self.last = list(record.decisions)
+        if record.decisions:
+            self.steps.append(record.step)
+
+    def end(self, summary: Any) -> None: ...
+
+
+def change_truth(mission: Mission) -> None:
+    """Turn free into wall and wall into free where no robot has sensed or can be in a step."""
+    world, frame = mission.world, mission.frame
+    unsensed = mission.swarm.evidence[0] == 0
+    rows, columns = np.indices(world.free.shape)
+    points = np.stack([columns, rows], axis=-1) * world.resolution_m + np.array(world.origin_m)
+    cells = frame.cells_of(points + 0.5 * world.resolution_m)
+    far = unsensed[cells[..., 0] * frame.columns + cells[..., 1]]
+    gaps = points[None] - mission.bodies.position[:, None, None]
+    far &= np.hypot(gaps[..., 0], gaps[..., 1]).min(axis=0) > 2.0
+    free = np.where(far, 1 - world.free, world.free).astype(np.uint8)
+    assert far.sum() > 500
+    mission.world = dataclasses.replace(world, free=np.ascontiguousarray(free))
+
+
+def change_private_state(mission: Mission, others: list[int], rng: np.random.Generator) -> None:
+    """What no beacon carries: why and since when they head somewhere, what they avoid, remember."""
+    minds, table = mission.minds, mission.planner.table
+    frontiers = mission.swarm.frontiers(0)
+    for j in others:
+        minds.state[j, NEEDS] = rng.integers(0, 6)
+        minds.state[j, CHOSEN_AT] = rng.integers(0, 50)
+        minds.state[j, DUE_AT] = rng.choice([-1, 10**6])
+        if len(frontiers):
+            minds.avoided[j, :, 0] = rng.choice(frontiers, minds.avoided.shape[1])
+            minds.avoided[j, :, 1] = 10**6
+        mission.destinations.memories[j] = 0.9
+        table.state[j, GOAL] = NOWHERE  # It plans anew in the same step as robot i.
+
+
+def scramble(mission: Mission, others: list[int], rng: np.random.Generator) -> None:
+    """Everything of robots that i does not hear at all in this step."""
+    minds = mission.minds
+    change_private_state(mission, others, rng)
+    teams, size = minds.team.copy(), mission.frame.size
+    for j in others:
+        mode, leader = rng.integers(0, 2), rng.integers(0, ROBOTS)
+        minds.state[j, STEP + 1 : 8] = [
+            *(rng.choice(teams), leader, mode, rng.integers(1, 6), rng.integers(1, 6)),
+            *(rng.integers(-1, ROBOTS), rng.integers(-1, size)),
+        ]
+        mission.bodies.charge[j] = rng.uniform(2.0, 150.0)
+        cells = rng.permutation(size)[:40]
+        many = np.array([40])
+        mission.grids.apply(j, cells[None], rng.integers(-4000, 4000, (1, 40)), 0 * many, many)
+
+
+def in_mind(mission: Mission, i: int) -> dict[str, Any]:
+    """All that robot i has made up its mind about."""
+    minds, table = mission.minds, mission.planner.table
+    return {
+        "state": minds.state[i].tolist(),
+        "avoided": minds.avoided[i].tolist(),
+        "memory": repr(mission.destinations.memories[i]),
+        "route state": table.state[i].tolist(),
+        "route": table.ahead(i).tolist(),
+        "route cost": int(table.cost[i]),
+        "action": int(mission.action[i]),
+        "decisions": [d for d in mission.decided.last if d.leader == i],  # type: ignore[attr-defined]
+    }
+
+
+def differences(a: Mission, b: Mission, robots: list[int]) -> list[str]:
+    found = []
+    for i in robots:
+        mine, theirs = in_mind(a, i), in_mind(b, i)
+        found += [
+            f"step {a.step_number}, robot {i}: {what} {mine[what]} became {theirs[what]}"
+            for what in mine
+            if mine[what] != theirs[what]
+        ]
+    return found
+
+
+def peeks(make: MakeSelector, *, seeds: tuple[int, ...] = (0, 1), steps: int = 6) -> list[str]:
+    """What robots decide by things that they cannot know, with everybody hearing everybody.
+
+    Args:
+        make: makes the selector for a mission.
+        seeds: of worlds and missions.
+        steps: so many steps with decisions are tried in each.
+
+    Returns:
+        One line for each thing that changed in a robot's mind; none if all are blind.
+    """
+    found = []
+    for seed in seeds:
+        whole = run_to(100, make, seed)
+        tried = whole.decided.steps  # type: ignore[attr-defined]
+        for step in tried[:: max(1, len(tried) // steps)]:
+            before = run_to(step - 1, make, seed)
+            teams_before = before.minds.team.copy()
+            after = run_to(step, make, seed)
+            for team in sorted(set(after.minds.team.tolist())):
+                mine = np.flatnonzero(after.minds.team == team)
+                # Members share what their leader decides; so do those that left or joined now.
+                near = np.isin(teams_before, teams_before[mine]) | (after.minds.team == team)
+                blind = run_to(step - 1, make, seed)
+                change_truth(blind)
+                change_private_state(
+                    blind, np.flatnonzero(~near).tolist(), np.random.default_rng(step)
+                )
+                blind.step()
+                found += differences(after, blind, mine.tolist())
+    return found
+
+
+def peeks_alone(make: MakeSelector, *, seed: int = 0, steps: int = 5) -> list[str]:
+    """What a robot that hears nobody in a step decides by things that it cannot know."""
+
+    def cut(step_of_silence: int, i: int) -> Callable[[int], np.ndarray]:
+        def links(step: int) -> np.ndarray:
+            heard = np.ones((ROBOTS, ROBOTS), dtype=np.bool_)
+            if step == step_of_silence:
+                heard[i, :] = heard[:, i] = False
+            return heard
+
+        return links
+
+    found = []
+    whole = run_to(100, make, seed)
+    tried = whole.decided.steps  # type: ignore[attr-defined]
+    for step in tried[:: max(1, len(tried) // steps)]:
+        for i in range(ROBOTS):
+            missions = [run_to(step - 1, make, seed, cut(step, i)) for _ in range(2)]
+            others = [j for j in range(ROBOTS) if j != i]
+            change_truth(missions[1])
+            scramble(missions[1], others, np.random.default_rng(step + i))
+            for mission in missions:
+                mission.step()
+            found += differences(missions[0], missions[1], [i])
+    return found
+
+
+class ToldAll:
+    """Chooses by everything that its view shows, and says so: a change in the view shows."""
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        public = [name for name in dir(LeaderView) if not name.startswith("_")]
+        seen = [getattr(view, name) for name in (*public, *vars(view)) if not name.startswith("_")]
+        seen = [value for value in seen if not callable(value)]
+        seen += [view.route_costs(), view.unknown_m2(1.0), *vars(view.others).values(), memory]
+        told = hash(repr([fingerprint(value) for value in seen])) % 10**9
+        row, col = view.frontiers[told % len(view.frontiers)].tolist()
+        return Choice((row, col), memory=told, details={"told": told})
+
+
+class PeeksAtTruth:
+    """A mutant: heads for the frontier with most unexplored area behind it, in truth."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        world = self.mission.world
+        rows, columns = np.nonzero(world.free)
+        points = np.column_stack([columns, rows]) * world.resolution_m + 0.05
+        cells = view.frame.cells_of(points + np.array(world.origin_m))
+        area = np.zeros(view.frame.shape)
+        np.add.at(area, (cells[:, 0], cells[:, 1]), 1.0)
+        area[view.labels == FREE] = 0.0
+        near = ndimage.uniform_filter(area, 9)
+        row, col = max(view.frontiers.tolist(), key=lambda cell: near[cell[0], cell[1]])
+        return Choice((row, col))
+
+
+class PeeksAtMinds:
+    """A mutant: keeps away from where others' destinations are overdue."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        overdue = int((self.mission.minds.state[:, DUE_AT] > view.step).sum())
+        row, col = view.frontiers[overdue % len(view.frontiers)].tolist()
+        return Choice((row, col))
+
+
+class PeeksAtMemories:
+    """A mutant: reads what other robots remember."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        theirs = sum(m is not None for m in self.mission.destinations.memories)
+        row, col = view.frontiers[theirs % len(view.frontiers)].tolist()
+        return Choice((row, col), memory=0.5)

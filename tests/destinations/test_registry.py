@@ -1,0 +1,102 @@
+"""Selectors are found by name and by file, and what is wrong is said in one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarmscout.core.errors import SelectorError
+from swarmscout.destinations.nearest import Nearest
+from swarmscout.destinations.quantile import Quantile
+from swarmscout.destinations.registry import RECOMMENDED, make_selector, selectors
+
+CHOICE = "from swarmscout.destinations.selector import Choice\n"
+SOUND = (
+    CHOICE
+    + "class First:\n"
+    + "    def __init__(self, skip=0):\n        self.skip = skip\n"
+    + "    def choose(self, view, memory):\n"
+    + "        return Choice(tuple(view.frontiers[self.skip]))\n"
+)
+
+
+def test_names() -> None:
+    names = selectors()
+    assert {"quantile", "nearest", "random"} <= set(names)
+    assert RECOMMENDED in names
+    assert all(line and "\n" not in line for line in names.values())
+    assert make_selector("nearest") == Nearest()
+    assert make_selector("quantile", {"sigma": 0.1}) == Quantile(sigma=0.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "says"),
+    [
+        ("quantil", None, "unknown selector 'quantil': did you mean 'quantile'?"),
+        ("Nearest", None, "did you mean 'nearest'?"),
+        ("zzz", None, "unknown selector 'zzz': known: "),
+        ("quantile", {"sigme": 0.1}, "no parameter 'sigme': did you mean 'sigma'?"),
+        ("nearest", {"far": 1}, "selector 'nearest' has no parameter 'far': it takes none"),
+        ("quantile", {"sigma": -1.0}, "selector 'quantile': sigma = -1 must be at least 0"),
+        ("quantile", {"bias_min": "a"}, "selector 'quantile': "),
+        ("rule.py", None, "names a file but no class in it: write 'rule.py:ClassName'"),
+        ("missing.py:Rule", None, "selector file 'missing.py' does not exist"),
+    ],
+)
+def test_mistakes_with_names(name: str, parameters: Any, says: str) -> None:
+    with pytest.raises(SelectorError) as caught:
+        make_selector(name, parameters)
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "attribute", "says"),
+    [
+        ("class Frist:\n    pass\n", "First", "has no 'First': did you mean 'Frist'?"),
+        ("x = 1\n", "First", "has no 'First': none are known"),
+        ("class First\n    pass\n", "First", "cannot be loaded: SyntaxError"),
+        ("import no_such_module_at_all\n", "First", "cannot be loaded: ModuleNotFoundError"),
+        ("1 / 0\n", "First", "cannot be loaded: ZeroDivisionError"),
+        ("class First:\n    pass\n", "First", "it has no method choose(view, memory)"),
+        ("First = 3\n", "First", "'{file}:First'"),
+        (
+            "class First:\n    def __init__(self):\n        raise ValueError('no luck')\n",
+            "First",
+            "'{file}:First': no luck",
+        ),
+    ],
+)
+def test_mistakes_in_files(tmp_path: Path, text: str, attribute: str, says: str) -> None:
+    file = tmp_path / "rule.py"
+    file.write_text(text)
+    with pytest.raises(SelectorError) as caught:
+        make_selector(f"{file}:{attribute}")
+    assert says.format(file=file) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_files_are_found_from_a_base_folder_and_do_not_replace_each_other(tmp_path: Path) -> None:
+    made = []
+    for number in range(2):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        (folder / "rule.py").write_text(SOUND + f"NUMBER = {number}\n")
+        made.append(make_selector("rule.py:First", {"skip": number}, base=folder))
+    assert type(made[0]) is not type(made[1])
+    assert [selector.skip for selector in made] == [0, 1]
+    with pytest.raises(SelectorError, match="no parameter 'skp': did you mean 'skip'"):
+        make_selector("rule.py:First", {"skp": 1}, base=tmp_path / "0")
+
+
+def test_dataclasses_work_in_files(tmp_path: Path) -> None:
+    file = tmp_path / "rule.py"
+    file.write_text(
+        "from __future__ import annotations\nfrom dataclasses import dataclass\n"
+        + CHOICE
+        + "@dataclass(frozen=True, slots=True)\nclass Rule:\n    weight: float = 1.0\n"
+        + "    def choose(self, view, memory):\n        return Choice(tuple(view.frontiers[0]))\n"
+    )
+    assert make_selector(f"{file}:Rule", {"weight": 2.0}).weight == 2.0
