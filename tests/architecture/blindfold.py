@@ -91,7 +91,8 @@ def change_private_state(mission: Mission, others: list[int], rng: np.random.Gen
         if len(frontiers):
             minds.avoided[j, :, 0] = rng.choice(frontiers, minds.avoided.shape[1])
             minds.avoided[j, :, 1] = 10**6
-        mission.destinations.memories[j] = 0.9
+        # Forgotten: what another selector's memory looks like is its own affair.
+        mission.destinations.memories[j] = None
         table.state[j, GOAL] = NOWHERE  # It plans anew in the same step as robot i.
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from swarmscout.core.codes import CAUSES, CHARGE
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.recorder import Decision
+from swarmscout.destinations.features import Features, Frontiers, Scratch
 from swarmscout.destinations.renewal import due_step, find_stale, share_destinations
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.mapping.occupancy import FRONTIER, OccupancyGrids
@@ -77,6 +78,7 @@ class Destinations:
         self._overdue = overdue
         self._avoid_steps = avoid_steps
         self._centre = team_position == "center"
+        self._scratch: Scratch | None = None
 
     def decide(
         self,
@@ -108,12 +110,14 @@ class Destinations:
         )  # fmt: skip
         decisions: list[Decision] = []
         if asking:
-            frontiers: dict[int, _Frontiers] = {}
+            if self._scratch is None:
+                self._scratch = Scratch(frame)
+            frontiers: dict[int, Frontiers] = {}
             views = []
             for leader in np.flatnonzero(minds.state[:, NEEDS]).tolist():
                 m = minds.row(leader)
                 if m not in frontiers:
-                    frontiers[m] = _Frontiers(grids, m)
+                    frontiers[m] = Frontiers(grids, m, self._scratch)
                 if len(frontiers[m].flat):
                     views.append(
                         self._view(
@@ -183,7 +187,7 @@ class Destinations:
         grids: OccupancyGrids,
         planner: Planner,
         links: NDArray[np.bool_],
-        frontiers: _Frontiers,
+        frontiers: Frontiers,
         leader: int,
         previous: NDArray[np.int64],
         step: int,
@@ -196,13 +200,20 @@ class Destinations:
         in_team[leader] = True
         members = np.flatnonzero(in_team)
         members_m = minds.heard_reading[m, members, :2]
+        members_heading_rad = minds.heard_reading[m, members, 2] * self._heading_unit_rad
         position_m = (x_m, y_m)
         if self._centre:
             position_m = (float(members_m[:, 0].mean()), float(members_m[:, 1].mean()))
-        cells, centres_m = frontiers.without(minds.avoided[leader], step)
+        cells, centres_m = frontiers.cells, frontiers.centres_m
+        keep = frontiers.kept(minds.avoided[leader], step)
+        if keep is not None:
+            cells, centres_m = cells[keep], centres_m[keep]
+            cells.flags.writeable = False
+            centres_m.flags.writeable = False
         last = int(previous[leader])
         members.flags.writeable = False
         members_m.flags.writeable = False
+        members_heading_rad.flags.writeable = False
         return LeaderView(
             step=step,
             robot=leader,
@@ -220,6 +231,8 @@ class Destinations:
             _map=grids.view(m),
             _others=lambda: self._other_teams(minds, grids, m, leader),
             _route_costs=_route_costs(planner, grids, m, (x_m, y_m)),
+            _features=Features(frontiers, keep, (x_m, y_m)),
+            members_heading_rad=members_heading_rad,
         )
 
     def _other_teams(self, minds: Minds, grids: OccupancyGrids, m: int, leader: int) -> OtherTeams:
@@ -241,34 +254,6 @@ class Destinations:
         for array in (leaders, sizes, positions_m, destinations_m):
             array.flags.writeable = False
         return OtherTeams(leaders, sizes, positions_m, destinations_m)
-
-
-class _Frontiers:
-    """The frontiers of one map in one step, made once for all leaders that see it."""
-
-    def __init__(self, grids: OccupancyGrids, m: int) -> None:
-        self.flat = grids.frontiers(m)
-        self.cells = grids.frame.unflat_many(self.flat)
-        self.centres_m = grids.frame.centres_of(self.cells)
-        self.cells.flags.writeable = False
-        self.centres_m.flags.writeable = False
-
-    def without(
-        self, avoided: NDArray[np.int64], step: int
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Cells and centres but for those avoided now; all of them if nothing else is left."""
-        active = avoided[avoided[:, 1] >= step, 0]
-        if len(active):
-            # `flat` is sorted, so each avoided cell can stand in one place only.
-            at = np.minimum(np.searchsorted(self.flat, active), len(self.flat) - 1)
-            keep = np.ones(len(self.flat), dtype=np.bool_)
-            keep[at[self.flat[at] == active]] = False
-            if keep.any():
-                cells, centres_m = self.cells[keep], self.centres_m[keep]
-                cells.flags.writeable = False
-                centres_m.flags.writeable = False
-                return cells, centres_m
-        return self.cells, self.centres_m
 
 
 def _route_costs(

@@ -15,17 +15,41 @@ from pathlib import Path
 from typing import Any
 
 from swarmscout.core.errors import SelectorError, did_you_mean
+from swarmscout.destinations.hungarian import Hungarian
+from swarmscout.destinations.information_gain import InformationGain
+from swarmscout.destinations.llm_like import LlmLike
+from swarmscout.destinations.minpos import MinPos
+from swarmscout.destinations.multi_criteria import MultiCriteria
 from swarmscout.destinations.nearest import Nearest
+from swarmscout.destinations.nearest_euclidean import NearestEuclidean
+from swarmscout.destinations.potential import Potential
 from swarmscout.destinations.quantile import Quantile
+from swarmscout.destinations.quantile_local import QuantileLocal
 from swarmscout.destinations.random import Random
 from swarmscout.destinations.selector import Selector
+from swarmscout.destinations.utility import Utility
+from swarmscout.destinations.voronoi import Voronoi
 
 __all__ = ["RECOMMENDED", "make_selector", "selectors"]
 
-RECOMMENDED = "nearest"
+RECOMMENDED = "multi-criteria"
 """The selector to start with where no other is asked for."""
 
-BUILT_IN: dict[str, type] = {"quantile": Quantile, "nearest": Nearest, "random": Random}
+BUILT_IN: dict[str, type] = {
+    "random": Random,
+    "quantile": Quantile,
+    "quantile-local": QuantileLocal,
+    "nearest": Nearest,
+    "nearest-euclidean": NearestEuclidean,
+    "utility": Utility,
+    "information-gain": InformationGain,
+    "minpos": MinPos,
+    "hungarian": Hungarian,
+    "voronoi": Voronoi,
+    "potential": Potential,
+    "llm-like": LlmLike,
+    "multi-criteria": MultiCriteria,
+}
 
 
 def _plugins() -> dict[str, EntryPoint]:
@@ -56,6 +80,8 @@ def make_selector(
     """
     kind = _kind(name, base)
     given = dict(parameters or {})
+    if not callable(kind):
+        raise SelectorError(f"'{name}' is no selector: it is {kind!r}, not a class")
     try:
         accepted = list(inspect.signature(kind).parameters)
     except (TypeError, ValueError):

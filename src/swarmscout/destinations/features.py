@@ -1,0 +1,206 @@
+"""Features of frontiers, worked out when a rule asks for them, and once for all who share a map."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.grid import GridFrame
+from swarmscout.destinations.terrain import FAR, count_around, count_within, label_clusters, walk
+from swarmscout.mapping.occupancy import OccupancyGrids
+
+__all__ = ["Features", "Frontiers", "Scratch"]
+
+GATE_MM = 1000
+"""Which way a walk leads is read off where it has gone this far."""
+
+
+KINDS = ("unknown", "free", "occupied", "frontier")
+"""Kinds of cells, in the order in which they are counted."""
+
+
+class Scratch:
+    """Memory that the kernels of :mod:`swarmscout.destinations.terrain` use, made once a mission.
+
+    Attributes:
+        field: int64[C, 2]; queues: int64[2, 2 C]; places: int32[C].
+        edge: bool[rows, columns], whether a cell lies at the grid's edge.
+        lengths: int64[2], of an orthogonal and a diagonal move, in mm.
+    """
+
+    def __init__(self, frame: GridFrame) -> None:
+        self.field = np.full((frame.size, 2), FAR, dtype=np.int64)
+        # A cell waits at most once in each queue; sources wait besides.
+        self.queues = np.zeros((2, 2 * frame.size), dtype=np.int64)
+        self.places = np.full(frame.size, -1, dtype=np.int32)
+        self.edge = np.ones(frame.shape, dtype=np.bool_)
+        self.edge[1:-1, 1:-1] = False
+        mm = 1000.0 * frame.cell_m
+        self.lengths = np.array([round(mm), round(mm * math.sqrt(2.0))], dtype=np.int64)
+
+
+class Frontiers:
+    """The frontiers of one map in one step, made once for all leaders that see it.
+
+    Attributes:
+        flat: int64[F], ascending; cells: int64[F, 2]; centres_m: float64[F, 2].
+    """
+
+    def __init__(self, grids: OccupancyGrids, m: int, scratch: Scratch) -> None:
+        self.flat = grids.frontiers(m)
+        self.cells = grids.frame.unflat_many(self.flat)
+        self.centres_m = grids.frame.centres_of(self.cells)
+        self.cells.flags.writeable = False
+        self.centres_m.flags.writeable = False
+        self.frame = grids.frame
+        self.status = grids.status[m]
+        self.scratch = scratch
+        self._around: NDArray[np.int64] | None = None
+        self._clusters: NDArray[np.int64] | None = None
+        self._nearest: dict[bytes, NDArray[np.int64]] = {}
+        self._areas: dict[float, NDArray[np.float64]] = {}
+
+    def kept(self, avoided: NDArray[np.int64], step: int) -> NDArray[np.bool_] | None:
+        """bool[F], which are not avoided now; None for all, also if nothing else is left."""
+        active = avoided[avoided[:, 1] >= step, 0]
+        if len(active) == 0:
+            return None
+        # `flat` is sorted, so each avoided cell can stand in one place only.
+        at = np.minimum(np.searchsorted(self.flat, active), len(self.flat) - 1)
+        keep = np.ones(len(self.flat), dtype=np.bool_)
+        keep[at[self.flat[at] == active]] = False
+        return keep if keep.any() else None
+
+    def around(self) -> NDArray[np.int64]:
+        """int64[2, F], frontier and occupied cells among the 8 neighbours."""
+        if self._around is None:
+            self._around = np.empty((2, len(self.flat)), dtype=np.int64)
+            count_around(self.status, self.flat, self.frame.rows, self.frame.columns, self._around)
+        return self._around
+
+    def clusters(self) -> NDArray[np.int64]:
+        """int64[F], which group of touching frontier cells each belongs to."""
+        if self._clusters is None:
+            self._clusters = np.empty(len(self.flat), dtype=np.int64)
+            label_clusters(self.flat, self.frame.columns, self.scratch.places, self._clusters)
+        return self._clusters
+
+    def areas_m2(self, reach_m: float) -> NDArray[np.float64]:
+        """float64[4, F], area of each of KINDS in a disc round each."""
+        if reach_m not in self._areas:
+            cell_m = self.frame.cell_m
+            rows_off = np.arange(int(reach_m / cell_m) + 1)
+            widths = np.sqrt(np.maximum((reach_m / cell_m) ** 2 - rows_off**2, 0.0))
+            counts = np.empty((len(KINDS), len(self.flat)), dtype=np.int64)
+            count_within(
+                self.status, self.flat, widths.astype(np.int64), self.frame.rows,
+                self.frame.columns, counts,
+            )  # fmt: skip
+            self._areas[reach_m] = counts * np.float64(cell_m**2)
+        return self._areas[reach_m]
+
+    def walks(
+        self, sources: NDArray[np.int64], targets: NDArray[np.int64], gate_mm: int = GATE_MM
+    ) -> NDArray[np.int64]:
+        """int64[2, n], see :func:`swarmscout.destinations.terrain.walk`."""
+        found = np.empty((2, len(targets)), dtype=np.int64)
+        scratch = self.scratch
+        walk(
+            self.status, sources, targets, scratch.edge, scratch.lengths, gate_mm, scratch.field,
+            scratch.queues, found,
+        )  # fmt: skip
+        return found
+
+    def nearest_of(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
+        """int64[F], from which of some cells (flat, ascending) the way is shortest; -1: none."""
+        key = places.tobytes()
+        if key not in self._nearest:
+            length, source = self.walks(places, self.flat, 0)
+            self._nearest[key] = np.where(length < 0, -1, source)
+        return self._nearest[key]
+
+
+class Features:
+    """What one leader's view tells of its frontiers; the view hands it on.
+
+    Args:
+        frontiers: of the leader's map.
+        keep: bool[F], those that the leader may choose from; None for all.
+        place_m: where the leader is.
+    """
+
+    def __init__(
+        self,
+        frontiers: Frontiers,
+        keep: NDArray[np.bool_] | None,
+        place_m: tuple[float, float],
+    ) -> None:
+        self._frontiers = frontiers
+        self._keep = keep
+        self._flat = frontiers.flat if keep is None else frontiers.flat[keep]
+        frame = frontiers.frame
+        row, col = frame.cell_of(*place_m)
+        self._place = frame.flat(
+            min(max(row, 0), frame.rows - 1), min(max(col, 0), frame.columns - 1)
+        )
+
+    def around(self) -> NDArray[np.int64]:
+        """int64[2, n], frontier and occupied cells among the 8 neighbours."""
+        counts = self._frontiers.around()
+        return counts.copy() if self._keep is None else counts[:, self._keep]
+
+    def clusters(self) -> NDArray[np.int64]:
+        """int64[n], which group of touching frontier cells each belongs to, 0, 1, …."""
+        labels = self._frontiers.clusters()
+        if self._keep is None:
+            return labels.copy()
+        numbers: NDArray[np.int64] = np.unique(labels[self._keep], return_inverse=True)[1]
+        return numbers
+
+    def area_m2(self, kind: str, reach_m: float) -> NDArray[np.float64]:
+        """float64[n], area of cells of a kind of KINDS in a disc round each."""
+        areas: NDArray[np.float64] = self._frontiers.areas_m2(reach_m)[KINDS.index(kind)]
+        return areas.copy() if self._keep is None else areas[self._keep]
+
+    def walk(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Ways from the leader: float64[n] in metres (inf: none), and int64[n], first cells.
+
+        The latter are flat cells: where each way has come to after about a metre.
+        """
+        found = self._frontiers.walks(np.array([self._place]), self._flat)
+        return _in_metres(found[0]), found[1]
+
+    def walk_from(self, places_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """float64[n], the shortest way from any of some places, in metres (inf: none)."""
+        return _in_metres(self._frontiers.walks(self._flat_cells(places_m), self._flat)[0])
+
+    def own_cell(self, others_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """bool[n], whether the leader's way is shorter than those from other places.
+
+        The search is shared: whoever has heard of the same teams has the same places in all.
+        """
+        places = np.append(self._flat_cells(others_m), self._place)
+        nearest = self._frontiers.nearest_of(np.unique(places))
+        own: NDArray[np.bool_] = nearest == self._place
+        return own if self._keep is None else own[self._keep]
+
+    def centres_m(self, cells: NDArray[np.int64]) -> NDArray[np.float64]:
+        """float64[n, 2], centres of flat cells."""
+        frame = self._frontiers.frame
+        return frame.centres_of(frame.unflat_many(cells))
+
+    def _flat_cells(self, places_m: NDArray[np.float64]) -> NDArray[np.int64]:
+        frame = self._frontiers.frame
+        places = frame.cells_of(places_m)
+        row = np.minimum(np.maximum(places[:, 0], 0), frame.rows - 1)
+        col = np.minimum(np.maximum(places[:, 1], 0), frame.columns - 1)
+        cells: NDArray[np.int64] = row * frame.columns + col
+        return cells
+
+
+def _in_metres(length_mm: NDArray[np.int64]) -> NDArray[np.float64]:
+    length_m = length_mm / 1000.0
+    length_m[length_mm < 0] = np.inf
+    return length_m

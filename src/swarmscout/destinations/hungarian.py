@@ -1,0 +1,46 @@
+"""The cheapest assignment of frontiers to all teams, of which each leader takes its own part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from swarmscout.destinations.nearness import nearest_to_clusters
+from swarmscout.destinations.selector import Choice
+from swarmscout.destinations.ways import choice_of, ways_m
+from swarmscout.minds.view import LeaderView
+
+__all__ = ["Hungarian"]
+
+
+@dataclass(frozen=True, slots=True)
+class Hungarian:
+    """The own part of the cheapest assignment of frontiers (groups of cells) to all teams.
+
+    No two teams get the same frontier, and the sum of distances is least. Where there are fewer
+    frontiers than teams, a leader that gets none takes the nearest.
+
+    Source: Kuhn (1955), "The Hungarian method for the assignment problem"; for exploration Ko,
+        Stewart, Fox, Konolige, Limketkai (2003), IROS. Central in the original; made local: each
+        leader solves it for all teams as last heard, itself among them, and takes its own row.
+        Distances are straight lines, so that leaders who have heard the same solve the same.
+    """
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        """See :class:`swarmscout.destinations.selector.Selector`."""
+        # In the order of leaders, whoever solves it: where several are cheapest, all take the same.
+        own = int(np.searchsorted(view.others.leaders, view.robot))
+        places_m = np.insert(view.others.positions_m, own, view.position_m, axis=0)
+        teams, assigned = linear_sum_assignment(nearest_to_clusters(places_m, view)[0])
+        ways = ways_m(view)
+        mine = np.isin(view.clusters, assigned[teams == own])
+        if mine.any():
+            reason = "assigned among {} teams, way {:.1f} m"
+        else:
+            mine = np.ones(len(ways), dtype=np.bool_)
+            reason = "none left of {} teams: the nearest, way {:.1f} m"
+        chosen = int(np.argmin(np.where(mine, ways, np.inf)))
+        return choice_of(view, chosen, reason.format(len(places_m), ways[chosen]))

@@ -1,0 +1,54 @@
+"""The reasons that the paper reports for its language model, as a score."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from swarmscout.destinations.nearness import crowding
+from swarmscout.destinations.selector import Choice
+from swarmscout.destinations.ways import choice_of
+from swarmscout.minds.view import LeaderView
+
+__all__ = ["LlmLike"]
+
+
+@dataclass(frozen=True, slots=True)
+class LlmLike:
+    """A score of the paper's reasons: near, off others' targets, many frontiers, few obstacles.
+
+    Per metre of straight distance a cell loses 1; for each other team's destination within
+    ``apart_m`` up to ``shyness_m``; it gains for each frontier cell and loses for each obstacle
+    cell among its 8 neighbours. Nothing but what the paper's prompt holds.
+
+    Attributes:
+        apart_m: other teams' destinations matter up to here.
+        shyness_m: what a destination in the same place costs, in metres.
+        frontier_m: what a frontier neighbour is worth, in metres.
+        obstacle_m: what an obstacle neighbour costs, in metres.
+
+    Source: paper, "LLM-based destination selection" (the reasons of its figure), as a formula.
+        Decentralized as the paper's LLM is: each leader scores by what it has heard.
+    """
+
+    apart_m: float = 19.0
+    shyness_m: float = 5.2
+    frontier_m: float = 0.15
+    obstacle_m: float = 4.9
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        """See :class:`swarmscout.destinations.selector.Selector`."""
+        score = (
+            self.frontier_m * view.frontier_neighbours
+            - self.obstacle_m * view.obstacle_neighbours
+            - view.distances_m
+            - self.shyness_m * crowding(view.others.destinations_m, view, self.apart_m)
+        )
+        chosen = int(np.argmax(score))
+        reason = (
+            f"{view.distances_m[chosen]:.1f} m away, {view.frontier_neighbours[chosen]} frontier "
+            f"and {view.obstacle_neighbours[chosen]} obstacle neighbours"
+        )
+        return choice_of(view, chosen, reason)

@@ -1,0 +1,35 @@
+"""The own Voronoi cell first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from swarmscout.destinations.selector import Choice
+from swarmscout.destinations.ways import choice_of, ways_m
+from swarmscout.minds.view import LeaderView
+
+__all__ = ["Voronoi"]
+
+
+@dataclass(frozen=True, slots=True)
+class Voronoi:
+    """The nearest frontier that is nearer to the own team than to any other; else the nearest.
+
+    Source: Solanas, Garcia (2004), "Coordinated multi-robot exploration through unsupervised
+        clustering of unknown space", IROS: frontiers of the own region first. There a central
+        k-means makes the regions; made local: each leader takes the Voronoi cell of its own
+        position among those of other teams as last heard, by the length of ways.
+    """
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        """See :class:`swarmscout.destinations.selector.Selector`."""
+        ways = ways_m(view)
+        own = view.own_cell
+        if own.any():
+            chosen = int(np.argmin(np.where(own, ways, np.inf)))
+            return choice_of(view, chosen, f"nearest in the own cell, way {ways[chosen]:.1f} m")
+        chosen = int(np.argmin(ways))
+        return choice_of(view, chosen, f"none in the own cell: nearest, way {ways[chosen]:.1f} m")
