@@ -112,7 +112,8 @@ class MultiCriteria:
         Remembers the direction kept to so far.
         """
         x, y, _ = view.pose
-        kept_x, kept_y = (0.0, 0.0) if memory is None else memory
+        # None at first; what another rule remembered, as a fallback's, says nothing here either.
+        kept_x, kept_y = memory if isinstance(memory, tuple) else (0.0, 0.0)
         ways = ways_m(view)
         looks = np.stack([np.cos(view.members_heading_rad), np.sin(view.members_heading_rad)])
         walls = view.area_m2("occupied", self.open_m)

@@ -13,7 +13,6 @@ from swarmscout.core.codes import CHARGE, FORWARD, LEFT, NO_CONTACT, RIGHT, STOP
 from swarmscout.core.jit import kernel
 from swarmscout.minds.minds import DESTINATION, MODE
 from swarmscout.planning.route_table import (
-    AGAIN,
     AHEAD,
     AT,
     CLEAR,
@@ -81,7 +80,7 @@ def find_needs(  # type: ignore[no-untyped-def]
             plan[i, LENGTH] = 0
             plan[i, FAILED_UNTIL] = 0
             continue
-        if plan[i, GOAL] != wanted or plan[i, AGAIN] == 1:
+        if plan[i, GOAL] != wanted:
             need = True
         elif plan[i, FAILED_UNTIL] > 0:
             need = step >= plan[i, FAILED_UNTIL]
@@ -108,7 +107,6 @@ def find_needs(  # type: ignore[no-untyped-def]
                         need = True
                         break
                     before = cell
-        plan[i, AGAIN] = 0
         if need:
             plan[i, NEED] = 1
             needs += 1
@@ -125,7 +123,6 @@ def steer(  # type: ignore[no-untyped-def]
     Deviation: where something blocks the way twice, the robot keeps right: it turns right once,
     moves on there, longer each time, and then takes up its route. Two robots that meet head-on
     part; one that fails again turns on, so in a crowd or a corner it tries every heading in turn.
-    Every fourth failure it plans anew, round those that are known to stand.
 
     Args:
         state: int64[N, columns], reading: float64[N, 4], sending: bool[N]: ``Minds``.
@@ -170,8 +167,6 @@ def steer(  # type: ignore[no-untyped-def]
             plan[i, STUCK] += 1
             plan[i, CLEAR] = 0
             plan[i, AHEAD] = 0
-            if plan[i, STUCK] % 4 == 0:
-                plan[i, AGAIN] = 1
             if plan[i, STUCK] >= 2:
                 action[i] = RIGHT
                 plan[i, AHEAD] = min(5, plan[i, STUCK] // 2)

@@ -19,8 +19,7 @@ FAILED_UNTIL = 5  # there was no route: do not try again before this step
 STUCK = 6  # forward moves that failed since the last few that did not
 CLEAR = 7  # forward moves made since the last contact
 AHEAD = 8  # moves forward to be made after a turn aside
-AGAIN = 9  # 1: something keeps blocking the way, so plan anew
-ROUTE_COLUMNS = 10
+ROUTE_COLUMNS = 9
 
 NOWHERE = -1
 STATION = -2
@@ -35,7 +34,7 @@ class RouteTable:
     """Where N robots are going.
 
     Attributes:
-        state: int64[N, 10], columns above.
+        state: int64[N, 9], columns above.
         cells: int32[N, 256], flat cells from the one after the start to the goal.
         cost: int64[N], cost of the whole route when it was planned, in the units of
             :class:`swarmscout.planning.search.RouteCosts`; -1: there is none.
