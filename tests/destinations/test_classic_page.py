@@ -20,9 +20,10 @@ def test_the_example_is_short_and_sound(tmp_path: Path) -> None:
     assert check_selector(f"{path}:Wide", missions=1).decisions > 10
 
 
-def test_every_selector_is_described() -> None:
+def test_every_selector_is_described_and_measured() -> None:
     for name in selectors():
         assert f"- **`{name}`**: " in PAGE, name
+        assert PAGE.count(f"\n| `{name}` |") == 3, name
 
 
 def test_attributes_of_the_view_exist() -> None:
