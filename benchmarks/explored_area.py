@@ -14,8 +14,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import stats
+from intervals import interval
 
 from swarmscout import Mission, Scenario, load_world
 
@@ -34,18 +33,6 @@ def areas(case: tuple[str, str, str, int]) -> list[float]:
         ).run()["explored_m2"]
         for seed in range(seeds)
     ]
-
-
-def interval(values: NDArray[np.float64]) -> tuple[float, float]:
-    """95 % confidence interval of the mean."""
-    if np.ptp(values) == 0.0:
-        return float(values[0]), float(values[0])
-    if len(values) >= 20:
-        rng = np.random.default_rng(0)
-        low, high = stats.bootstrap((values,), np.mean, method="BCa", rng=rng).confidence_interval
-        return float(low), float(high)
-    low, high = stats.t.interval(0.95, len(values) - 1, loc=values.mean(), scale=stats.sem(values))
-    return float(low), float(high)
 
 
 def table(seeds: int, jobs: int) -> str:

@@ -21,8 +21,8 @@ from time import process_time
 from typing import Any
 
 import numpy as np
+from intervals import interval
 from numpy.typing import NDArray
-from scipy import stats
 
 import swarmscout
 from swarmscout import Mission, Scenario, load_world
@@ -82,18 +82,6 @@ def measure(cases: list[Case], seeds: int, jobs: int) -> dict[Case, Values]:
         for job, result in zip(todo, pool.map(areas, todo), strict=True):
             found[job[0]] += result
     return {case: np.array(result) for case, result in found.items()}
-
-
-def interval(values: Values) -> tuple[float, float]:
-    """95 % confidence interval of the mean."""
-    if np.ptp(values) == 0.0:
-        return float(values[0]), float(values[0])
-    if len(values) >= 20:
-        rng = np.random.default_rng(0)
-        low, high = stats.bootstrap((values,), np.mean, method="BCa", rng=rng).confidence_interval
-        return float(low), float(high)
-    low, high = stats.t.interval(0.95, len(values) - 1, loc=values.mean(), scale=stats.sem(values))
-    return float(low), float(high)
 
 
 def with_interval(values: Values) -> str:

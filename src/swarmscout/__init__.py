@@ -73,7 +73,9 @@ _HOME = {
 def __getattr__(name: str) -> Any:
     """Load a public name (PEP 562)."""
     if name == "__version__":
-        value: Any = _version()
+        from swarmscout.core.version import package_version
+
+        value: Any = package_version()
     elif name in _HOME:
         from importlib import import_module
 
@@ -87,12 +89,3 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """The public names, loaded or not."""
     return sorted(__all__)
-
-
-def _version() -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("swarmscout")
-    except PackageNotFoundError:  # Used from a checkout that is not installed.
-        return "0+unknown"

@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from swarmscout.core.codes import FREE
 from swarmscout.destinations.selector import Choice, Selector
-from swarmscout.minds.minds import CHOSEN_AT, DUE_AT, NEEDS, STEP
+from swarmscout.minds.minds import DUE_AT, NEEDS, STEP
 from swarmscout.minds.view import LeaderView
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
@@ -86,7 +86,6 @@ def change_private_state(mission: Mission, others: list[int], rng: np.random.Gen
     frontiers = mission.swarm.frontiers(0)
     for j in others:
         minds.state[j, NEEDS] = rng.integers(0, 6)
-        minds.state[j, CHOSEN_AT] = rng.integers(0, 50)
         minds.state[j, DUE_AT] = rng.choice([-1, 10**6])
         if len(frontiers):
             minds.avoided[j, :, 0] = rng.choice(frontiers, minds.avoided.shape[1])

@@ -23,7 +23,6 @@ from swarmscout.destinations.renewal import due_step, find_stale, share_destinat
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.mapping.occupancy import FRONTIER, OccupancyGrids
 from swarmscout.minds.minds import (
-    CHOSEN_AT,
     DESTINATION,
     DUE_AT,
     LEADER,
@@ -160,7 +159,6 @@ class Destinations:
         distance_m = math.hypot(x_m - view.position_m[0], y_m - view.position_m[1])
         state = minds.state[robot]
         state[DESTINATION] = frame.flat(row, col)
-        state[CHOSEN_AT] = view.step
         state[DUE_AT] = due_step(view.step, distance_m, self._forward_m, *self._overdue)
         self.memories[robot] = choice.memory
         near_frontiers, near_obstacles = view.neighbour_counts((row, col))

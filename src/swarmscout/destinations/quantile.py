@@ -40,10 +40,18 @@ class Quantile:
         if not self.sigma >= 0.0:
             raise ValueError(f"sigma = {self.sigma:g} must be at least 0")
 
+    def draw(self, view: LeaderView, memory: Any) -> tuple[float, float]:
+        """The leader's personal bias, and the quantile of this decision, clipped to [0, 1].
+
+        Args:
+            view: whose generators are used; memory: the bias, or None at first.
+        """
+        bias = view.character.uniform(self.bias_min, self.bias_max) if memory is None else memory
+        return bias, min(1.0, max(0.0, view.rng.normal(bias, self.sigma)))
+
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`; remembers the bias."""
-        bias = view.character.uniform(self.bias_min, self.bias_max) if memory is None else memory
-        quantile = min(1.0, max(0.0, view.rng.normal(bias, self.sigma)))
+        bias, quantile = self.draw(view, memory)
         distances = view.distances_m
         rank = round(quantile * (len(distances) - 1))
         # Frontiers come in the order of their cells, so a stable choice settles ties by cell:

@@ -16,7 +16,6 @@ from swarmscout.core.codes import EXPLORE
 
 __all__ = [
     "BEACON",
-    "CHOSEN_AT",
     "DESIRED",
     "DESTINATION",
     "DUE_AT",
@@ -42,9 +41,8 @@ PICK = 6  # a leader's partner for joining: a robot of the other team, or -1
 DESTINATION = 7  # flat cell of the map, or -1
 BEACON = 8
 NEEDS = 8  # private: why a new destination is needed, a code of CAUSES
-CHOSEN_AT = 9  # private: the step in which the destination was chosen
-DUE_AT = 10  # private: the step after which it is overdue
-COLUMNS = 11
+DUE_AT = 9  # private: the step after which the destination is overdue
+COLUMNS = 10
 
 
 @dataclass(slots=True)
@@ -52,7 +50,7 @@ class Minds:
     """What N robots believe.
 
     Attributes:
-        state: int64[N, 11], columns above.
+        state: int64[N, 10], columns above.
         reading: float64[N, 4], own believed x_m, y_m, heading in ticks, and charge as a share.
         sending: bool[N], False for a robot whose charge is gone: it says and decides nothing.
         heard_state: int64[K, N, 8], the last beacon heard of each robot, for each listener.

@@ -221,19 +221,16 @@ class Judge:
             events, count,
         )  # fmt: skip
         self.area_m2.append(int(self._tally[EXPLORED]) * self.truth.raster_cell_m2)
-        self._count_events(events[: count[0]].tolist())
+        self._count_events(events[: count[0]])
         return self._change_cells[:changes], self._change_log_odds[:changes]
 
-    def _count_events(self, events: list[list[int]]) -> None:
-        joined = set()
-        for kind, _, other, value in events:
-            if kind == JOIN:
-                joined.add(value)  # Every member has an event; the new team is one.
-            elif kind == LEAVE:
-                self._leaves += 1
-            elif kind == MODE_EVENT and other != CHARGE:
-                self._charges += 1
-        self._joins += len(joined)
+    def _count_events(self, events: NDArray[np.int64]) -> None:
+        kinds = events[:, 0]
+        # Every member has an event; the new team is one.
+        self._joins += len(set(events[kinds == JOIN, 3].tolist()))
+        self._leaves += int(np.count_nonzero(kinds == LEAVE))
+        back = (kinds == MODE_EVENT) & (events[:, 2] != CHARGE)
+        self._charges += int(np.count_nonzero(back))
 
     @property
     def explored_m2(self) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -15,6 +14,7 @@ from swarmscout.comms.beacons import exchange_beacons
 from swarmscout.core.codes import CHARGE
 from swarmscout.core.errors import ScenarioError
 from swarmscout.core.recorder import Decision, Recorder, StepRecord
+from swarmscout.core.version import package_version
 from swarmscout.mapping.evidence import EvidenceLog, observe
 from swarmscout.mapping.exchange import exchange_evidence, share_evidence
 from swarmscout.mapping.occupancy import BeliefView, OccupancyGrids
@@ -34,7 +34,7 @@ from swarmscout.worlds.checks import check_world
 from swarmscout.worlds.placing import place_stations
 from swarmscout.worlds.world import World
 
-__all__ = ["RULES_VERSION", "Mission", "package_version"]
+__all__ = ["RULES_VERSION", "Mission"]
 
 RULES_VERSION = 1
 """Goes up when behaviour changes on purpose, so that old results are not compared with new ones."""
@@ -297,11 +297,3 @@ class Mission:
             coverage=self.judge.coverage(self.swarm),
             seconds=seconds,
         )
-
-
-def package_version() -> str:
-    """The installed version of swarmscout."""
-    try:
-        return version("swarmscout")
-    except PackageNotFoundError:
-        return "0+unknown"

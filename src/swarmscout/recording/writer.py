@@ -193,7 +193,8 @@ class RunWriter:
 
 
 def _written_by() -> dict[str, Any]:
-    from swarmscout.mission.mission import RULES_VERSION, package_version
+    from swarmscout.core.version import package_version
+    from swarmscout.mission.mission import RULES_VERSION
 
     return {"version": package_version(), "rules_version": RULES_VERSION}
 

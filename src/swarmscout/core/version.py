@@ -1,0 +1,15 @@
+"""The package's own version."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+
+__all__ = ["package_version"]
+
+
+def package_version() -> str:
+    """The installed version of swarmscout; ``0+unknown`` in a checkout that is not installed."""
+    try:
+        return version("swarmscout")
+    except PackageNotFoundError:
+        return "0+unknown"
