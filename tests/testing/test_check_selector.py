@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 from wrong_selectors import MISTAKES, first
 
+from swarmscout.core.codes import FREE, UNKNOWN
 from swarmscout.core.errors import SelectorError
 from swarmscout.destinations.registry import selectors
 from swarmscout.destinations.selector import Choice
-from swarmscout.testing import check_selector, situations, small_world
+from swarmscout.testing import check_selector, leader_view, situations, small_world
 
 
 @pytest.mark.parametrize("name", sorted(selectors()))
@@ -136,3 +137,12 @@ def test_situations_are_what_they_say() -> None:
 def test_small_worlds_differ_by_seed_alone() -> None:
     assert small_world(1).digest == small_world(1).digest
     assert small_world(1).digest != small_world(2).digest
+
+
+def test_a_view_can_be_made_among_any_number_of_teams() -> None:
+    labels = np.full((6, 40), FREE, dtype=np.uint8)
+    labels[:, 0] = UNKNOWN
+    teams = tuple(((5, 2 + k), None) for k in range(20))
+    view = leader_view(labels, (2, 10), others=teams)
+    assert len(view.others.leaders) == 20
+    assert view.members.tolist() == [0]

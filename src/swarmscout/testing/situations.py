@@ -64,7 +64,9 @@ def leader_view(
         What :class:`swarmscout.destinations.deciding.Destinations` shows in a mission.
     """
     rows, columns = labels.shape
-    scenario = Scenario(seed=seed)
+    places = [leader, *members, *(place for place, _ in others)]
+    robots, team = len(places), 1 + len(members)
+    scenario = Scenario(robots=robots, seed=seed)
     frame = GridFrame(-2.0, 3.0, scenario.map.cell_m, rows, columns)
     model = setup.make_model(scenario)
     grids = OccupancyGrids(frame, 1, model, scenario.map.frontier_neighbours)
@@ -74,8 +76,6 @@ def leader_view(
     everything = np.array([len(known)], dtype=np.int64)
     grids.apply(0, known[None, :], signed[None, :], 0 * everything, everything)
 
-    places = [leader, *members, *(place for place, _ in others)]
-    robots, team = len(places), 1 + len(members)
     minds = blank_minds(robots, shared=True)
     minds.reading[:, :2] = frame.centres_of(np.array(places))
     minds.reading[:, 3] = 0.8
