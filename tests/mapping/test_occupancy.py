@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, generate_binary_structure
+from scipy.ndimage import binary_dilation
 
 from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.grid import GridFrame
@@ -39,20 +40,39 @@ def label_of(sum_: int) -> int:
 
 
 def frontiers_of(labels: NDArray[np.int64], neighbours: int) -> set[tuple[int, int]]:
-    """Free cells with an unknown neighbour, cell by cell."""
+    """Free cells with an unknown neighbour that no two occupied cells hide, cell by cell."""
     rows, columns = labels.shape
+
+    def label(row: int, col: int) -> int:
+        return int(labels[row, col]) if 0 <= row < rows and 0 <= col < columns else OCCUPIED
+
     found = set()
     for row, col in np.ndindex(rows, columns):
-        around = [
-            (row + dr, col + dc)
-            for dr in (-1, 0, 1)
-            for dc in (-1, 0, 1)
-            if (abs(dr) + abs(dc) == 1 if neighbours == 4 else dr or dc)
-        ]
-        near = [labels[r, c] for r, c in around if 0 <= r < rows and 0 <= c < columns]
-        if labels[row, col] == FREE and UNKNOWN in near:
-            found.add((row, col))
+        for dr, dc in itertools.product((-1, 0, 1), repeat=2):
+            if (dr, dc) == (0, 0) or (neighbours == 4 and dr and dc):
+                continue
+            hidden = dr and dc and {label(row + dr, col), label(row, col + dc)} == {OCCUPIED}
+            if label(row, col) == FREE and label(row + dr, col + dc) == UNKNOWN and not hidden:
+                found.add((row, col))
     return found
+
+
+def dilated_frontiers(labels: NDArray[np.int64], neighbours: int) -> NDArray[np.bool_]:
+    """The same definition by SciPy's dilations: what lies in each of the directions."""
+
+    def toward(label: int, down: int, across: int) -> NDArray[np.bool_]:
+        one = np.zeros((3, 3), dtype=np.bool_)
+        one[1 - down, 1 - across] = True
+        return np.asarray(binary_dilation(labels == label, one, border_value=label == OCCUPIED))
+
+    open_to = np.zeros(labels.shape, dtype=np.bool_)
+    for down, across in itertools.product((-1, 0, 1), repeat=2):
+        if abs(down) + abs(across) == 1:
+            open_to |= toward(UNKNOWN, down, across)
+        elif down and neighbours == 8:
+            walls = toward(OCCUPIED, down, 0) & toward(OCCUPIED, 0, across)
+            open_to |= toward(UNKNOWN, down, across) & ~walls
+    return open_to & (labels == FREE)
 
 
 def check_everything(grids: OccupancyGrids, m: int, sums: Integers, neighbours: int) -> None:
@@ -69,9 +89,7 @@ def check_everything(grids: OccupancyGrids, m: int, sums: Integers, neighbours: 
     assert np.array_equal(grids.price[m], price)
     wanted = sorted(frontiers_of(labels, neighbours))
     assert view.frontiers().tolist() == [list(cell) for cell in wanted]
-    structure = generate_binary_structure(2, 1 if neighbours == 4 else 2)
-    dilated = binary_dilation(labels == UNKNOWN, structure) & (labels == FREE)
-    assert np.argwhere(dilated).tolist() == view.frontiers().tolist()
+    assert np.argwhere(dilated_frontiers(labels, neighbours)).tolist() == view.frontiers().tolist()
     assert grids.counts[m, 1:].tolist() == [
         (labels == FREE).sum(),
         (labels == OCCUPIED).sum(),
@@ -155,7 +173,6 @@ def test_frontiers_of_larger_grids_are_sorted_and_complete(
     frame = GridFrame(0.0, 0.0, 0.5, rows, columns)
     grids = OccupancyGrids(frame, 1, MODEL, neighbours)
     sums = np.zeros(frame.size, dtype=np.int64)
-    structure = generate_binary_structure(2, 1 if neighbours == 4 else 2)
     for _ in range(8):
         n = int(rng.integers(1, frame.size + 1))
         entries = rng.choice(frame.size, n)[None], rng.choice([-405, 847, -700], n)[None]
@@ -163,7 +180,7 @@ def test_frontiers_of_larger_grids_are_sorted_and_complete(
         grids.apply(0, *entries, np.zeros(1, dtype=np.int64), np.array([n]))
         labels = np.where(sums < -619, FREE, np.where(sums > 619, OCCUPIED, UNKNOWN))
         labels = labels.reshape(frame.shape)
-        wanted = binary_dilation(labels == UNKNOWN, structure) & (labels == FREE)
+        wanted = dilated_frontiers(labels, neighbours)
         assert grids.frontiers(0).tolist() == np.flatnonzero(wanted).tolist()
 
 

@@ -16,9 +16,9 @@ from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import DESTINATION, MODE, blank_minds
+from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.route_table import LENGTH
 from swarmscout.planning.routes import Planner
-from swarmscout.planning.search import RouteCosts
 from swarmscout.robots.bodies import TICKS, heading_table, place_bodies
 from swarmscout.robots.motion import Neighbourhood, move
 from swarmscout.worlds.world import World
@@ -48,7 +48,9 @@ class Trip:
             int(MODEL.permille()[0]),
         )  # fmt: skip
         stations = np.zeros((0, 2)) if stations_m is None else stations_m
-        self.planner = Planner(self.frame, robots, 1, costs, stations, 1.4, TABLE, TURN, 0.2)
+        self.planner = Planner(
+            self.frame, robots, 1, costs, stations, 1.4, TABLE, TURN, 0.2, RADIUS_M
+        )
         self.near = Neighbourhood(world.extent, robots, RADIUS_M, FORWARD_M)
         self.action = np.zeros(robots, dtype=np.int64)
         self.events = np.zeros((robots + 4, 4), dtype=np.int64)
@@ -80,7 +82,7 @@ class Trip:
 
     def act(self) -> None:
         bodies, near, world = self.bodies, self.near, self.world
-        self.planner.steer(self.minds, bodies.contact, self.action)
+        self.planner.steer(self.minds, self.grids, bodies.contact, self.action)
         move(
             world.free, *world.origin_m, world.resolution_m,
             bodies.position, bodies.heading, bodies.alive, self.action,
@@ -124,7 +126,7 @@ def test_a_robot_alone_in_the_open_arrives(seed: int, cell_m: float) -> None:
         if trip.action[0] == STOP:
             break
     # Nearer than about half a move it would have to circle (what a waypoint's reach allows for).
-    assert trip.gap_to(goal) <= max(0.5 * cell_m, 0.56 * FORWARD_M)
+    assert trip.gap_to(goal) <= max(0.5 * cell_m, 0.61 * FORWARD_M)
     assert trip.action[0] == STOP
     assert plans <= 2
     # And there it stays.
@@ -182,13 +184,14 @@ def test_a_robot_turns_the_short_way_and_drives_once_it_looks_ahead(
     goal = cell_at(trip, 2.25 + 2.4 * TABLE[direction, 0], 5.25 + 2.4 * TABLE[direction, 1])
     trip.minds.state[0, DESTINATION] = goal
     trip.plan()
-    first = trip.frame.centre_of(*trip.frame.unflat(int(trip.planner.table.ahead(0)[0])))
-    wanted = math.degrees(math.atan2(first[1] - 5.25, first[0] - 2.25))
+    # All is free up to the goal, so that is what it heads for.
+    x_m, y_m = trip.frame.centre_of(*trip.frame.unflat(goal))
+    wanted = math.degrees(math.atan2(y_m - 5.25, x_m - 2.25))
     off = (wanted - heading / 10.0 + 180.0) % 360.0 - 180.0
     trip.act()
-    if abs(off) < 20.0 - 1e-6:
+    if abs(off) < 30.0 - 1e-6:
         assert trip.action[0] == FORWARD
-    elif 20.0 + 1e-6 < abs(off) < 180.0 - 1e-6:
+    elif 30.0 + 1e-6 < abs(off) < 180.0 - 1e-6:
         turned = (int(trip.bodies.heading[0]) - heading + 1800) % 3600 - 1800
         assert turned == math.copysign(400, off)
 

@@ -18,9 +18,9 @@ from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import DESTINATION, MODE, Minds, blank_minds
+from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.route_table import AT, FAILED_UNTIL, GOAL, LENGTH, LONGEST, STATION
 from swarmscout.planning.routes import LONG_STILL_STEPS, Planner, dock_cells
-from swarmscout.planning.search import RouteCosts
 
 MODEL = InverseSensorModel(
     -405, 847, log_odds_of(0.03), log_odds_of(0.97), log_odds_of(0.35), log_odds_of(0.65), 0.05
@@ -91,7 +91,7 @@ class Place:
     def planner(self, maps: int) -> Planner:
         return Planner(
             self.frame, len(self.starts), maps, costs_for(self.rule, self.frame.cell_m),
-            self.stations_m, 1.4, TABLE, 400, 0.2,
+            self.stations_m, 1.4, TABLE, 400, 0.2, 0.15,
         )  # fmt: skip
 
     def fill(self, minds: Minds) -> None:
@@ -319,7 +319,9 @@ def test_long_routes_are_cut_and_continued() -> None:
     columns = 3 * LONGEST
     frame = GridFrame(0.0, 0.0, 0.5, 1, columns)
     grids = maps_of(frame, np.full(columns, -5000), 1)
-    planner = Planner(frame, 1, 1, costs_for("length"), np.zeros((0, 2)), 1.4, TABLE, 400, 0.2)
+    planner = Planner(
+        frame, 1, 1, costs_for("length"), np.zeros((0, 2)), 1.4, TABLE, 400, 0.2, 0.15
+    )
     minds = blank_minds(1, shared=True)
     minds.state[0, DESTINATION] = columns - 1
     minds.reading[0, :2] = 0.25, 0.25
@@ -351,7 +353,7 @@ def test_cells_that_are_certainly_free_still_cost_something(rule: str) -> None:
     frame = GridFrame(0.0, 0.0, 0.5, 4, 5)
     grids = maps_of(frame, np.full(frame.size, -20000), 1, model)
     planner = Planner(
-        frame, 1, 1, costs_for(rule, model=model), np.zeros((0, 2)), 1.4, TABLE, 400, 0.2
+        frame, 1, 1, costs_for(rule, model=model), np.zeros((0, 2)), 1.4, TABLE, 400, 0.2, 0.15
     )
     minds = blank_minds(1, shared=True)
     minds.state[0, DESTINATION] = 19

@@ -113,7 +113,7 @@ class Destinations:
                 self._scratch = Scratch(frame)
             frontiers: dict[int, Frontiers] = {}
             views = []
-            for leader in np.flatnonzero(minds.state[:, NEEDS]).tolist():
+            for leader in minds.state[:, NEEDS].nonzero()[0].tolist():
                 m = minds.row(leader)
                 if m not in frontiers:
                     frontiers[m] = Frontiers(grids, m, self._scratch)
@@ -150,7 +150,7 @@ class Destinations:
             row, col = (operator.index(part) for part in choice.cell)
         except (TypeError, ValueError):
             row, col = -1, -1
-        if not (view.frontiers == (row, col)).all(axis=1).any():
+        if not view.is_frontier((row, col)):
             raise SelectorError(
                 f"selector '{self.name}' chose cell {choice.cell!r}, which is no frontier of "
                 f"robot {robot}'s view in step {view.step}; choose one of view.frontiers"
@@ -196,7 +196,7 @@ class Destinations:
         hears = minds.sending if minds.listeners == 1 else minds.sending & links[leader]
         in_team = hears & (minds.team == minds.team[leader])
         in_team[leader] = True
-        members = np.flatnonzero(in_team)
+        members = in_team.nonzero()[0]
         members_m = minds.heard_reading[m, members, :2]
         members_heading_rad = minds.heard_reading[m, members, 2] * self._heading_unit_rad
         position_m = (x_m, y_m)
@@ -205,7 +205,7 @@ class Destinations:
         cells, centres_m = frontiers.cells, frontiers.centres_m
         keep = frontiers.kept(minds.avoided[leader], step)
         if keep is not None:
-            cells, centres_m = cells[keep], centres_m[keep]
+            cells, centres_m = cells.take(keep, axis=0), centres_m.take(keep, axis=0)
             cells.flags.writeable = False
             centres_m.flags.writeable = False
         last = int(previous[leader])
@@ -239,7 +239,7 @@ class Destinations:
         speaks = (heard[:, STEP] >= 0) & (heard[:, LEADER] == np.arange(len(heard)))
         speaks &= (heard[:, MODE] != CHARGE) & (heard[:, TEAM] != minds.team[leader])
         speaks[leader] = False
-        leaders = np.flatnonzero(speaks)
+        leaders = speaks.nonzero()[0]
         flat = heard[leaders, DESTINATION]
         destinations_m = grids.frame.centres_of(grids.frame.unflat_many(flat))
         destinations_m[flat < 0] = np.nan

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,8 +63,8 @@ class Frontiers:
         self._nearest: dict[bytes, NDArray[np.int64]] = {}
         self._areas: dict[float, NDArray[np.float64]] = {}
 
-    def kept(self, avoided: NDArray[np.int64], step: int) -> NDArray[np.bool_] | None:
-        """bool[F], which are not avoided now; None for all, also if nothing else is left."""
+    def kept(self, avoided: NDArray[np.int64], step: int) -> NDArray[np.int64] | None:
+        """int64[n], which of F are not avoided now; None for all, also if nothing else is left."""
         active = avoided[avoided[:, 1] >= step, 0]
         if len(active) == 0:
             return None
@@ -71,7 +72,8 @@ class Frontiers:
         at = np.minimum(np.searchsorted(self.flat, active), len(self.flat) - 1)
         keep = np.ones(len(self.flat), dtype=np.bool_)
         keep[at[self.flat[at] == active]] = False
-        return keep if keep.any() else None
+        index = keep.nonzero()[0]
+        return index if 0 < len(index) < len(keep) else None
 
     def around(self) -> NDArray[np.int64]:
         """int64[2, F], frontier and occupied cells among the 8 neighbours."""
@@ -127,24 +129,35 @@ class Features:
 
     Args:
         frontiers: of the leader's map.
-        keep: bool[F], those that the leader may choose from; None for all.
+        keep: int64[n], those of F that the leader may choose from; None for all.
         place_m: where the leader is.
     """
 
     def __init__(
         self,
         frontiers: Frontiers,
-        keep: NDArray[np.bool_] | None,
+        keep: NDArray[np.int64] | None,
         place_m: tuple[float, float],
     ) -> None:
         self._frontiers = frontiers
         self._keep = keep
-        self._flat = frontiers.flat if keep is None else frontiers.flat[keep]
-        frame = frontiers.frame
-        row, col = frame.cell_of(*place_m)
-        self._place = frame.flat(
-            min(max(row, 0), frame.rows - 1), min(max(col, 0), frame.columns - 1)
-        )
+        self._place_m = place_m
+
+    @cached_property
+    def _flat(self) -> NDArray[np.int64]:
+        flat = self._frontiers.flat
+        return flat if self._keep is None else flat[self._keep]
+
+    @cached_property
+    def _place(self) -> int:
+        frame = self._frontiers.frame
+        row, col = frame.cell_of(*self._place_m)
+        return frame.flat(min(max(row, 0), frame.rows - 1), min(max(col, 0), frame.columns - 1))
+
+    def has(self, cell: int) -> bool:
+        """Whether the leader may choose a flat cell."""
+        at = _find(self._frontiers.flat, cell)
+        return at >= 0 and (self._keep is None or _find(self._keep, at) >= 0)
 
     def around(self) -> NDArray[np.int64]:
         """int64[2, n], frontier and occupied cells among the 8 neighbours."""
@@ -198,6 +211,11 @@ class Features:
         col = np.minimum(np.maximum(places[:, 1], 0), frame.columns - 1)
         cells: NDArray[np.int64] = row * frame.columns + col
         return cells
+
+
+def _find(ascending: NDArray[np.int64], value: int) -> int:
+    at = int(ascending.searchsorted(value))
+    return at if at < len(ascending) and int(ascending[at]) == value else -1
 
 
 def _in_metres(length_mm: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -57,7 +57,7 @@ class Quantile:
         # Frontiers come in the order of their cells, so a stable choice settles ties by cell:
         # all that are nearer than the distance at this rank stand before those at just it.
         at = np.partition(distances, rank)[rank]
-        equals = np.flatnonzero(distances == at)
+        equals = (distances == at).nonzero()[0]
         chosen = int(equals[rank - np.count_nonzero(distances < at)])
         row, col = view.frontiers[chosen].tolist()
         return Choice(

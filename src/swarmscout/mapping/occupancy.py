@@ -1,6 +1,8 @@
 """Occupancy grids: labels, prices for routes, and frontiers, kept up to date cell by cell.
 
-A frontier is a free cell with an unknown neighbour (paper, "Task description"; Yamauchi 1998).
+A frontier is a free cell with an unknown neighbour (paper, "Task description"; Yamauchi 1998). One
+across a corner does not count where both cells between are occupied: nobody can look or drive round
+it from there, and along a slanting wall every step of the staircase has one.
 Whether a cell is one can change only when its own label or a neighbour's does, so each change of a
 label looks at nine cells and no more.
 """
@@ -33,9 +35,14 @@ def _is_frontier(status, row, col, rows, columns, neighbours):  # type: ignore[n
         return False
     for near_row in range(max(0, row - 1), min(rows, row + 2)):
         for near_col in range(max(0, col - 1), min(columns, col + 2)):
-            if neighbours == 4 and near_row != row and near_col != col:
+            if status[near_row * columns + near_col] & LABEL_BITS != UNKNOWN:
                 continue
-            if status[near_row * columns + near_col] & LABEL_BITS == UNKNOWN:
+            if near_row == row or near_col == col:
+                return True
+            if neighbours == 8 and (
+                status[near_row * columns + col] & LABEL_BITS != OCCUPIED
+                or status[row * columns + near_col] & LABEL_BITS != OCCUPIED
+            ):
                 return True
     return False
 
@@ -50,7 +57,7 @@ def apply_evidence(  # type: ignore[no-untyped-def]
     Args:
         m: which map: a row of the next five.
         evidence: int64[K, C] summed log-odds; status: uint8[K, C']; price: int16[K, C].
-        counts: int64[K, 4]; bounds: int64[K, 2], first and last row with a known cell.
+        counts: int64[K, 4]; bounds: int64[K, 2], first and last row with evidence.
         stamps: int64[C + 1], scratch: which update touched a cell last; [-1] counts updates.
         touched: int64[C], written: the cells that the entries name, each once.
         before: int64[C], written beside it: their evidence before.
@@ -89,6 +96,10 @@ def apply_evidence(  # type: ignore[no-untyped-def]
         elif read > occupied_above:
             label = OCCUPIED
         price[m, cell] = -1 if label == OCCUPIED else permille[read - lowest]
+        row = cell // columns
+        col = cell - row * columns
+        bounds[m, 0] = min(bounds[m, 0], row)
+        bounds[m, 1] = max(bounds[m, 1], row)
         old = status[m, cell] & LABEL_BITS
         if label == old:
             continue
@@ -96,10 +107,6 @@ def apply_evidence(  # type: ignore[no-untyped-def]
         counts[m, CLOSED] += label == OCCUPIED
         counts[m, KNOWN_FREE] += (label == FREE) - (old == FREE)
         counts[m, KNOWN_OCCUPIED] += (label == OCCUPIED) - (old == OCCUPIED)
-        row = cell // columns
-        col = cell % columns
-        bounds[m, 0] = min(bounds[m, 0], row)
-        bounds[m, 1] = max(bounds[m, 1], row)
         for near_row in range(max(0, row - 1), min(rows, row + 2)):
             for near_col in range(max(0, col - 1), min(columns, col + 2)):
                 near = near_row * columns + near_col
@@ -119,7 +126,7 @@ def collect_frontiers(words, bounds, columns, size, found):  # type: ignore[no-u
 
     Args:
         words: uint64[C' / 8], the map's status, eight cells a word.
-        bounds: int64[2], first and last row with a known cell.
+        bounds: int64[2], first and last row with evidence.
         columns: of the grid; size: its number of cells.
         found: int64[frontiers], written.
 
@@ -217,6 +224,7 @@ class OccupancyGrids:
         status: uint8[K, C'], label in the lower bits, FRONTIER above; C' is C rounded up to 8.
         price: int16[K, C], occupancy probability in 1/1000 for route costs; -1: occupied.
         counts: int64[K, 4]: closed in the last update, free, occupied, frontier cells.
+        bounds: int64[K, 2], first and last row with evidence; (rows, -1): none.
         touched: int64[C], cells that the last update named; before: int64[C], their evidence
             before it.
     """
@@ -233,7 +241,7 @@ class OccupancyGrids:
         self.counts: NDArray[np.int64] = np.zeros((maps, 4), dtype=np.int64)
         self.touched: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
         self.before: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
-        self._bounds = np.tile(np.array([frame.rows, -1], dtype=np.int64), (maps, 1))
+        self.bounds = np.tile(np.array([frame.rows, -1], dtype=np.int64), (maps, 1))
         self._stamps = np.zeros(size + 1, dtype=np.int64)
         self._permille = model.permille()
         self._neighbours = neighbours
@@ -256,7 +264,7 @@ class OccupancyGrids:
         """
         return int(
             apply_evidence(
-                m, self.evidence, self.status, self.price, self.counts, self._bounds, self._stamps,
+                m, self.evidence, self.status, self.price, self.counts, self.bounds, self._stamps,
                 self.touched, self.before, cells, increments, low, high,
                 self.frame.rows, self.frame.columns, self._thresholds, self._permille,
                 self._neighbours,
@@ -273,7 +281,7 @@ class OccupancyGrids:
         if len(found):
             collect_frontiers(
                 self.status[m].view(np.uint64),
-                self._bounds[m],
+                self.bounds[m],
                 self.frame.columns,
                 self.frame.size,
                 found,

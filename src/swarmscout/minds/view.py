@@ -95,8 +95,21 @@ class LeaderView:
     @cached_property
     def distances_m(self) -> NDArray[np.float64]:
         """float64[F], straight distances from the team's position to the frontiers."""
-        offsets = self.frontiers_m - np.array(self.position_m)
-        return _frozen(np.sqrt(offsets[:, 0] ** 2 + offsets[:, 1] ** 2))
+        x_m = self.frontiers_m[:, 0] - self.position_m[0]
+        y_m = self.frontiers_m[:, 1] - self.position_m[1]
+        x_m *= x_m
+        y_m *= y_m
+        x_m += y_m
+        return _frozen(np.sqrt(x_m, out=x_m))
+
+    def is_frontier(self, cell: tuple[int, int]) -> bool:
+        """Whether a cell is one of `frontiers`.
+
+        Args:
+            cell: ``(row, col)``.
+        """
+        row, col = cell
+        return self.frame.contains(row, col) and bool(self._features.has(self.frame.flat(row, col)))
 
     def route_costs(self, nearest: int | None = None) -> NDArray[np.float64]:
         """Costs of the best routes from the leader to the frontiers.

@@ -48,7 +48,10 @@ ALIVE_STEPS = 6
 TEAMS = 7  # teams now
 CHARGING = 8  # robots in CHR mode now
 MOVING = 9  # robots that are not stranded now
-TALLY = 10
+JOINS = 10
+LEAVES = 11
+CHARGES = 12  # robots that left CHR mode
+TALLY = 13
 
 
 @dataclass(frozen=True)
@@ -126,6 +129,20 @@ def judge_step(  # type: ignore[no-untyped-def]
     Returns:
         How many cells changed as read.
     """
+    for e in range(count[0]):
+        kind = events[e, 0]
+        if kind == LEAVE:
+            tally[LEAVES] += 1
+        elif kind == MODE_EVENT:
+            tally[CHARGES] += events[e, 2] != CHARGE
+        elif kind == JOIN:
+            # Every member has an event; the new team is one.
+            new = 1
+            for earlier in range(e):
+                if events[earlier, 0] == JOIN and events[earlier, 3] == events[e, 3]:
+                    new = 0
+                    break
+            tally[JOINS] += new
     for k in range(cells.shape[0]):
         for e in range(low[k], high[k]):
             cell = cells[k, e]
@@ -192,7 +209,6 @@ class Judge:
         self._tally[MOVING] = robots
         self._change_cells = np.zeros(size, dtype=np.int64)
         self._change_log_odds = np.zeros(size, dtype=np.int64)
-        self._joins = self._leaves = self._charges = 0
 
     def judge(
         self,
@@ -221,16 +237,7 @@ class Judge:
             events, count,
         )  # fmt: skip
         self.area_m2.append(int(self._tally[EXPLORED]) * self.truth.raster_cell_m2)
-        self._count_events(events[: count[0]])
         return self._change_cells[:changes], self._change_log_odds[:changes]
-
-    def _count_events(self, events: NDArray[np.int64]) -> None:
-        kinds = events[:, 0]
-        # Every member has an event; the new team is one.
-        self._joins += len(set(events[kinds == JOIN, 3].tolist()))
-        self._leaves += int(np.count_nonzero(kinds == LEAVE))
-        back = (kinds == MODE_EVENT) & (events[:, 2] != CHARGE)
-        self._charges += int(np.count_nonzero(back))
 
     @property
     def explored_m2(self) -> float:
@@ -279,10 +286,10 @@ class Judge:
             "forward_share": float(tally[FORWARD_MOVES] / robot_steps),
             "turn_share": float(tally[TURNS] / robot_steps),
             "blocked_share": float(tally[BLOCKED] / robot_steps),
-            "joins": self._joins,
-            "leaves": self._leaves,
+            "joins": int(tally[JOINS]),
+            "leaves": int(tally[LEAVES]),
             "teams": sorted((int(size) for size in sizes), reverse=True),
-            "charges": self._charges,
+            "charges": int(tally[CHARGES]),
             "stranded": self._robots - self.moving,
             **self._map_accuracy(swarm),
         }

@@ -155,7 +155,7 @@ class Mission:
         decisions = self.destinations.decide(minds, self.grids, self.planner, links, step, *news)
         # "Each member then independently plans its route to the shared target and moves."
         self.planner.plan(minds, self.grids, step, *news)
-        self.planner.steer(minds, bodies.contact, self.action)
+        self.planner.steer(minds, self.grids, bodies.contact, self.action)
         carry_out(
             self.action, bodies, self.world, self._near,
             body.radius_m, body.forward_m, self._turn_ticks, self.headings, step,

@@ -87,7 +87,9 @@ class MapScenario(_Section):
     free_below: Probability = Field(0.35, description="a cell is free below this")
     occupied_above: Probability = Field(0.65, description="a cell is occupied above this")
     frontier_neighbours: Literal[4, 8] = Field(
-        8, description="a frontier is a free cell with an unknown one among so many neighbours"
+        8,
+        description="a frontier is a free cell with an unknown one among so many neighbours; "
+        "behind a corner of two occupied cells does not count",
     )
     hit_depth_m: float = Field(
         0.05, ge=0.0, le=0.5, description="an obstacle lies this far behind its measured surface"

@@ -13,10 +13,11 @@ from swarmscout.core.grid import GridFrame
 from swarmscout.core.streams import stream
 from swarmscout.destinations.deciding import Destinations
 from swarmscout.destinations.registry import make_selector
+from swarmscout.destinations.terrain import CELL_BITS
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mission.scenario import Scenario
+from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.routes import Planner
-from swarmscout.planning.search import CELL_BITS, RouteCosts
 from swarmscout.robots.bodies import TICKS, Bodies, place_bodies, to_ticks
 from swarmscout.worlds.placing import place_robots
 from swarmscout.worlds.world import World
@@ -98,7 +99,7 @@ def make_planner(
     dock_m = max(0.5 * scenario.battery.station_range_m, scenario.battery.station_range_m - 0.1)
     return Planner(
         frame, scenario.robots, maps, costs, stations_m, dock_m, headings,
-        to_ticks(scenario.body.turn_deg), scenario.body.forward_m,
+        to_ticks(scenario.body.turn_deg), scenario.body.forward_m, scenario.body.radius_m,
     )  # fmt: skip
 
 

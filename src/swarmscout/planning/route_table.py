@@ -37,7 +37,7 @@ class RouteTable:
         state: int64[N, 9], columns above.
         cells: int32[N, 256], flat cells from the one after the start to the goal.
         cost: int64[N], cost of the whole route when it was planned, in the units of
-            :class:`swarmscout.planning.search.RouteCosts`; -1: there is none.
+            :class:`swarmscout.planning.costs.RouteCosts`; -1: there is none.
     """
 
     state: NDArray[np.int64]

@@ -8,14 +8,18 @@ from numpy.typing import NDArray
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import Minds
+from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.following import find_needs, steer
 from swarmscout.planning.route_table import RouteTable, blank_routes
-from swarmscout.planning.search import RouteCosts, Search, plan_routes, route_cost_field
+from swarmscout.planning.search import Search, plan_routes, route_cost_field
 
 __all__ = ["Planner"]
 
 LONG_STILL_STEPS = 10
 """A robot that has not moved for so long makes routes through its place dearer."""
+
+SIDE_ROOM_M = 0.05
+"""A straight way has to be wider than the robot by this on each side."""
 
 
 class Planner:
@@ -38,25 +42,24 @@ class Planner:
         headings: NDArray[np.float64],
         turn_ticks: int,
         forward_m: float,
+        radius_m: float,
     ) -> None:
         self.frame = frame
         self.costs = costs
         self.stations_m = stations_m
         self.table: RouteTable = blank_routes(robots)
-        self._search = Search(frame)
-        self._lengths = np.array(
-            [costs.straight, costs.diagonal, costs.base, costs.least, costs.standing],
-            dtype=np.int64,
-        )
+        self._search = Search(frame, costs)
         self._at_cell = np.zeros(robots, dtype=np.int64)
         self._dearer = np.full((maps, robots), -1, dtype=np.int64)
         self._docks = dock_cells(frame, stations_m)
         self._dock_m = dock_m
         self._headings = headings
-        self._half_turn = turn_ticks // 2
-        # Driving while off by up to half a turn, a robot gets nearer to a waypoint only while that
-        # is farther than forward / (2 cos(half a turn)); nearer, it would circle it.
-        cosine = max(0.5, float(headings[self._half_turn, 0]))
+        # At most 30°, if turns are not too coarse for that.
+        self._most_off = max(turn_ticks // 2, min(3 * turn_ticks // 4, len(headings) // 12))
+        # Driving while off by up to that, a robot gets nearer to a waypoint only while that is
+        # farther than forward / (2 cos(off)); nearer, it would circle it.
+        cosine = max(0.5, float(headings[self._most_off, 0]))
+        self._half_width_m = radius_m + SIDE_ROOM_M
         self._waypoint_m = max(0.5 * frame.cell_m, 1.05 * forward_m / (2.0 * cosine))
 
     def plan(
@@ -78,17 +81,24 @@ class Planner:
         if needs:
             search = self._search
             plan_routes(
-                grids.price, search.extra, search.nodes, search.searches, search.heap,
-                self._lengths, self._at_cell, self._dearer, minds.robots, self._docks,
-                self.table.state, self.table.cells, self.table.cost, self.frame.columns, step,
-                events, count,
+                grids.price, grids.bounds, search.toll, search.filled, search.nodes, search.queue,
+                search.buckets, search.searches, search.lengths, self._at_cell, self._dearer,
+                minds.robots, self._docks, self.table.state, self.table.cells, self.table.cost,
+                self.frame.columns, step, events, count,
             )  # fmt: skip
 
-    def steer(self, minds: Minds, contact: NDArray[np.int64], action: NDArray[np.int64]) -> None:
+    def steer(
+        self,
+        minds: Minds,
+        grids: OccupancyGrids,
+        contact: NDArray[np.int64],
+        action: NDArray[np.int64],
+    ) -> None:
         """Write each robot's next action."""
         steer(
-            minds.state, minds.reading, minds.sending, contact, self.stations_m, self._dock_m,
-            self.table.state, self.table.cells, self._headings, self._half_turn, self._waypoint_m,
+            minds.state, minds.reading, minds.sending, grids.price, contact, self.stations_m,
+            self._dock_m, self.table.state, self.table.cells, self._headings, self._most_off,
+            self._waypoint_m, self._half_width_m,
             self.frame.origin_x_m, self.frame.origin_y_m, self.frame.cell_m, self.frame.columns,
             action,
         )  # fmt: skip
@@ -117,9 +127,14 @@ class Planner:
         found = np.empty(len(targets), dtype=np.int64)
         search = self._search
         route_cost_field(
-            grids.price[m], search.extra, search.nodes, search.searches, search.heap, self._lengths,
-            start, targets, len(targets) if at_most is None else at_most, self.frame.columns, found,
+            grids.price[m], grids.bounds[m], search.toll, search.filled, search.nodes,
+            search.queue, search.buckets, search.searches, search.lengths, start, targets,
+            len(targets) if at_most is None else at_most, self.frame.columns, found,
         )  # fmt: skip
+        if at_most is not None and at_most < len(targets):
+            # The last bucket holds dearer ones too.
+            reached = np.where(found < 0, np.iinfo(np.int64).max, found)
+            found[reached > np.partition(reached, at_most - 1)[at_most - 1]] = -1
         return np.where(found < 0, np.inf, self.costs.in_metres(found))
 
 

@@ -110,20 +110,26 @@ def labels_at(run: Run, step: int | None = None) -> NDArray[np.uint8]:
 
 
 def frontier_cells(labels: NDArray[np.uint8], neighbours: int = 8) -> NDArray[np.bool_]:
-    """bool[rows, cols]: free cells with an unknown one among 4 or 8 neighbours.
+    """bool[rows, cols]: free cells beside the unknown, see ``mapping.occupancy``.
 
     Source: paper, "Task description"; Yamauchi (1998).
     """
     rows, columns = labels.shape
-    unknown = np.zeros((rows + 2, columns + 2), dtype=np.bool_)
-    unknown[1:-1, 1:-1] = labels == UNKNOWN
-    beside = np.zeros((rows, columns), dtype=np.bool_)
-    for down in range(3):
-        for across in range(3):
-            if neighbours == 8 or (down == 1) != (across == 1):
-                beside |= unknown[down : down + rows, across : across + columns]
-    beside &= labels == FREE
-    return beside
+    around = np.full((rows + 2, columns + 2), OCCUPIED, dtype=np.uint8)
+    around[1:-1, 1:-1] = labels
+
+    def shifted(down: int, across: int) -> NDArray[np.uint8]:
+        return around[1 + down : 1 + down + rows, 1 + across : 1 + across + columns]
+
+    open_to = np.zeros((rows, columns), dtype=np.bool_)
+    for down, across in ((0, 1), (1, 0), (0, -1), (-1, 0)):
+        open_to |= shifted(down, across) == UNKNOWN
+    if neighbours == 8:
+        for down, across in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+            hidden = (shifted(down, 0) == OCCUPIED) & (shifted(0, across) == OCCUPIED)
+            open_to |= (shifted(down, across) == UNKNOWN) & ~hidden
+    open_to &= labels == FREE
+    return open_to
 
 
 def _robots_at(run: Run, step: int) -> dict[str, NDArray[Any]] | None:

@@ -1,0 +1,33 @@
+"""What a move of a route costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["RouteCosts"]
+
+
+@dataclass(frozen=True, slots=True)
+class RouteCosts:
+    """What moving costs, in integers.
+
+    Attributes:
+        straight: length of a move to an orthogonal neighbour, in mm.
+        diagonal: of one to a diagonal neighbour.
+        base: added to the price of every cell, in 1/1000: 1000 for "length", 0 for "probability".
+        least: the lowest price of a cell without the base, in 1/1000 (for the heuristic).
+        standing: added to the price of a cell in which a robot is known to stand for long.
+    """
+
+    straight: int
+    diagonal: int
+    base: int
+    least: int
+    standing: int = 3000
+
+    def in_metres(self, cost: int | NDArray[np.int64]) -> float | NDArray[np.float64]:
+        """A cost as metres of free way (price 1)."""
+        return cost / 2e6
