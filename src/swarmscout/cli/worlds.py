@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
+from swarmscout.cli.numbers import WholeNumber
+
 if TYPE_CHECKING:
     from swarmscout.worlds.world import World
 
@@ -35,8 +37,8 @@ def show(
     world: str,
     /,
     *,
-    seed: int | None = None,
-    robots: int = 15,
+    seed: WholeNumber | None = None,
+    robots: WholeNumber = 15,
     metres_per_cell: float | None = None,
     resolution: float | None = None,
     out: _Picture = None,
@@ -64,7 +66,7 @@ def generate(
     name: str = "tube",
     /,
     *,
-    seed: int = 0,
+    seed: WholeNumber = 0,
     like: str = "lava-tube",
     layout: Literal["tube", "maze"] | None = None,
     size: float | None = None,
@@ -73,14 +75,14 @@ def generate(
     narrowest: float | None = None,
     widest: float | None = None,
     winding: float | None = None,
-    braids: int | None = None,
-    branches: int | None = None,
+    braids: WholeNumber | None = None,
+    branches: WholeNumber | None = None,
     branch_length: float | None = None,
-    pillars: int | None = None,
-    piles: int | None = None,
+    pillars: WholeNumber | None = None,
+    piles: WholeNumber | None = None,
     roughness: float | None = None,
     resolution: float | None = None,
-    robots: int = 15,
+    robots: WholeNumber = 15,
     out: _Folder = None,
 ) -> None:
     """Generate a lava tube, and keep it in a folder with a picture.
@@ -134,7 +136,7 @@ def import_world(
     resolution: float | None = None,
     start: _Point = None,
     station: _Points = (),
-    robots: int = 15,
+    robots: WholeNumber = 15,
     out: _Folder = None,
 ) -> None:
     """Make a world of a map: nav2 YAML, MovingAI .map, image or .npy; report and picture.

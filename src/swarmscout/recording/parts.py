@@ -25,15 +25,24 @@ if TYPE_CHECKING:
 __all__ = ["join_parts", "read_table", "write_part", "write_whole"]
 
 
-def write_whole(path: Path, data: bytes) -> None:
+def write_whole(path: Path, data: bytes, durable: bool = True) -> None:
     """Write a file that appears whole or not at all.
+
+    Args:
+        path: the file. data: what it holds.
+        durable: wait until the disk has it, so that it survives a power cut too. That takes a
+            millisecond or two, too much for the parts of a short mission.
 
     Raises:
         RunError: the disk is full, or the folder cannot be written.
     """
     temporary = path.with_name(path.name + ".tmp")
     try:
-        temporary.write_bytes(data)
+        with temporary.open("wb") as file:
+            file.write(data)
+            file.flush()
+            if durable:
+                os.fsync(file.fileno())  # Else a power cut may leave the name without the bytes.
         os.replace(temporary, path)
     except OSError as error:
         raise RunError(f"cannot write '{path}': {error.strerror or error}") from error
@@ -56,7 +65,8 @@ def write_part(folder: Path, table: str, part: int, frame: pl.DataFrame) -> None
         if part == 0:
             with contextlib.suppress(OSError):  # If it cannot be made, the next line says why.
                 parts.mkdir(exist_ok=True)
-        write_whole(parts / f"{table}-{part:06d}.parquet", _parquet(frame))
+        file = parts / f"{table}-{part:06d}.parquet"
+        write_whole(file, _parquet(frame), durable=False)
 
 
 def join_parts(folder: Path, tables: Iterable[str]) -> None:
