@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 __all__ = ["app"]
 
+_MOST_ROBOTS = 100_000
+
 app = App(name="worlds", help="List, show, import and generate worlds.", help_format="plaintext")
 
 _Point = Annotated[str | None, Parameter(metavar="X,Y")]
@@ -53,10 +55,14 @@ def show(
         resolution: edge of a raster cell, in metres.
         out: the picture; by default one in the working directory that is named after the world.
     """
-    from swarmscout.worlds.catalogue import load_world
+    from swarmscout.worlds.catalogue import NAMED_TUBES, load_world
 
+    _check_robots(robots)
     loaded = load_world(world, seed=seed, cell_m=metres_per_cell, resolution_m=resolution)
     suffix = "" if seed is None else f"-{seed}"
+    if world not in NAMED_TUBES:
+        suffix = "-world"  # Beside my_map.png or my_map.yaml there is an image that is the map.
+        _spare(out, Path(world))
     _report(loaded, robots)
     _draw(loaded, robots, out or Path(f"{loaded.name}{suffix}.png"))
 
@@ -162,12 +168,31 @@ def import_world(
     _keep(loaded, robots, out)
 
 
+def _check_robots(robots: int) -> None:
+    from swarmscout.core.errors import WorldError
+
+    if not 1 <= robots <= _MOST_ROBOTS:
+        raise WorldError(f"--robots {robots}: expected 1 to {_MOST_ROBOTS:,}")
+
+
+def _spare(out: Path | None, world: Path) -> None:
+    """Refuse to draw over the map itself, or over the image that a nav2 map consists of."""
+    from swarmscout.core.errors import WorldError
+
+    if out is None or not out.exists():
+        return
+    images = [world, *(world.with_suffix(suffix) for suffix in (".png", ".pgm", ".pdf", ".svg"))]
+    if any(image.exists() and image.samefile(out) for image in images):
+        raise WorldError(f"--out '{out}' is the map itself: choose another name for the picture")
+
+
 def _keep(world: World, robots: int, out: Path | None) -> None:
     """Check a world, write it into a new folder with a picture, and say so."""
     from swarmscout.core.errors import WorldError
     from swarmscout.worlds.checks import check_world
     from swarmscout.worlds.folder import save_world
 
+    _check_robots(robots)
     folder = out or Path(world.name)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise WorldError(f"'{folder}' is there already: choose another with --out FOLDER")
