@@ -73,7 +73,7 @@ def _hints(kind: Callable[..., Any]) -> dict[str, Any]:
     hints: dict[str, Any] = {}
     for where in (kind, getattr(kind, "__init__", None)):
         try:
-            hints |= get_type_hints(where)  # type: ignore[arg-type]
+            hints |= get_type_hints(where)
         except Exception:  # A name that exists for type checkers only, or whatever else.
             continue
     return hints

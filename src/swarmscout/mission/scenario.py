@@ -26,6 +26,7 @@ __all__ = [
     "what_is_wrong",
 ]
 
+Steps = Annotated[int, Field(ge=0, le=1_000_000_000)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Probability = Annotated[float, Field(gt=0.0, lt=1.0)]
 
@@ -77,12 +78,16 @@ class BatteryScenario(_Section):
     """Charge, its use and refilling (paper, "Task description": EXP and CHR)."""
 
     enabled: bool = Field(True, description="false: charge never runs out")
-    capacity_steps: int = Field(400, ge=1, le=1_000_000_000, description="steps that a full charge lasts")
+    capacity_steps: int = Field(
+        400, ge=1, le=1_000_000_000, description="steps that a full charge lasts"
+    )
     start_min: Share = Field(0.5, description="charge at the start is uniform from here")
     start_max: Share = Field(1.0, description="… to here, as shares of the capacity")
     charge_below: Share = Field(0.25, description="CHR mode starts below this share")
     charge_per_step: float = Field(10.0, gt=0.0, le=1e9, description="refilled per step, in steps")
-    station_range_m: float = Field(1.5, gt=0.0, le=1000.0, description="a station charges up to here")
+    station_range_m: float = Field(
+        1.5, gt=0.0, le=1000.0, description="a station charges up to here"
+    )
     return_rule: Literal["threshold", "distance"] = Field(
         "threshold", description="'distance': also keep enough charge for the way back"
     )
@@ -151,7 +156,10 @@ class TeamsScenario(_Section):
         "charge", description="'general': also leave when mean desired size < team size"
     )
     silence_steps: int = Field(
-        5, ge=0, le=1_000_000_000, description="a member not heard for more steps than this is dropped"
+        5,
+        ge=0,
+        le=1_000_000_000,
+        description="a member not heard for more steps than this is dropped",
     )
     position: Literal["leader", "center"] = Field(
         "leader", description="a team's position: its leader's, or the mean of its members'"
@@ -164,11 +172,18 @@ class RenewalScenario(_Section):
     rule: Literal["stale", "reached"] = Field(
         "stale", description="'reached': only when reached or without a route (literal)"
     )
-    reach_m: float = Field(0.5, gt=0.0, le=1000.0, description="reached this near to the cell's centre")
-    overdue_factor: float = Field(3.0, ge=1.0, le=1e6, description="overdue after this × straight time …")
+    reach_m: float = Field(
+        0.5, gt=0.0, le=1000.0, description="reached this near to the cell's centre"
+    )
+    overdue_factor: float = Field(
+        3.0, ge=1.0, le=1e6, description="overdue after this × straight time …"
+    )
     overdue_steps: int = Field(30, ge=0, le=1_000_000_000, description="… plus this many steps")
     avoid_steps: int = Field(
-        30, ge=0, le=1_000_000_000, description="a given-up destination is avoided by its team for so long"
+        30,
+        ge=0,
+        le=1_000_000_000,
+        description="a given-up destination is avoided by its team for so long",
     )
 
 

@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 
-def complete(scenario: Scenario, seed: int | None, selector: Selector | None) -> Scenario:
+def complete(scenario: object, seed: int | None, selector: object) -> Scenario:
     """A scenario with what a mission was given besides.
 
     Args:

@@ -103,8 +103,8 @@ def _selector(given: object, more: dict[str, Any]) -> Selector:
         )
     if not isinstance(given, Selector):
         raise SelectorError(
-            f"destinations is a {type(given).__name__}, expected a selector's name, 'FILE.py:NAME', "
-            "or an object with a method choose(view, memory)"
+            f"destinations is a {type(given).__name__}, expected a selector's name, "
+            "'FILE.py:NAME', or an object with a method choose(view, memory)"
         )
     return given
 

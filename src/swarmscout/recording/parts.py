@@ -38,11 +38,10 @@ def write_whole(path: Path, data: bytes, durable: bool = True) -> None:
     """
     temporary = path.with_name(path.name + ".tmp")
     try:
-        with temporary.open("wb") as file:
-            file.write(data)
-            file.flush()
-            if durable:
-                os.fsync(file.fileno())  # Else a power cut may leave the name without the bytes.
+        temporary.write_bytes(data)
+        if durable:  # Else a power cut may leave the name without the bytes.
+            with temporary.open("r+b") as file:
+                os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
         raise RunError(f"cannot write '{path}': {error.strerror or error}") from error

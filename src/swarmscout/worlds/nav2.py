@@ -66,6 +66,8 @@ def _read(path: Path) -> Mapping[str, Any]:
         raise WorldError(f"cannot read the map '{path}': {error.strerror or error}") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
+        if isinstance(error, RecursionError):
+            why = "too many nested brackets"
         raise WorldError(f"map '{path}' is no YAML: {why[:160]}") from None
     if not isinstance(keys, dict):
         raise WorldError(f"map '{path}' is no nav2 map: expected keys {', '.join(_KEYS)}")

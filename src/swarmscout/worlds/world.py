@@ -79,8 +79,8 @@ class World:
         except (TypeError, ValueError):
             numbers = ()
         if len(numbers) != count:
-            expected = "x, y in metres" if count == 2 else "metres"
-            raise WorldError(f"world '{self.name}': {name} = {given!r}: expected {expected}")
+            expected, shown = ("x, y in metres", given) if count == 2 else ("metres", *given)
+            raise WorldError(f"world '{self.name}': {name} = {shown!r}: expected {expected}")
         return numbers
 
     def __getstate__(self) -> dict[str, Any]:
