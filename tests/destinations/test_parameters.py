@@ -32,7 +32,7 @@ class ByDefault:
 @pytest.mark.parametrize(
     ("key", "good", "bad"),
     [
-        ("weight", [2, 0.5, -1.0], ["2", True, None, [1.0], np.nan, np.inf, -np.inf]),
+        ("weight", [2, 0.5, -1.0], ["2", True, None, [1.0], np.nan, np.inf, -np.inf, 10**400]),
         ("count", [0, -2], [2.5, "2", True]),
         ("name", ["", "b"], [3, None]),
         ("on", [False], [0, "false"]),

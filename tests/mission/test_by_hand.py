@@ -74,6 +74,19 @@ def test_other_arrays(mission: Mission, name: str, value: Any) -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "value"), [("leader", 3), ("leader", -1), ("destination", 10**9), ("destination", -2)]
+)
+def test_minds_that_point_nowhere(mission: Mission, name: str, value: int) -> None:
+    column = getattr(mission.minds, name)
+    before = column.copy()
+    column[1] = value
+    with pytest.raises(ScenarioError, match=rf"mission.minds.{name}\[1\] = {value}: expected"):
+        mission.step()
+    column[:] = before
+    mission.step()
+
+
+@pytest.mark.parametrize(
     "links", [None, np.ones((2, 2), dtype=np.bool_), np.ones(3), [[1], [1, 2]], "all"]
 )
 def test_links_of_a_wrong_shape(links: Any) -> None:

@@ -198,7 +198,10 @@ def _keep(world: World, robots: int, out: Path | None) -> None:
         raise WorldError(f"'{folder}' is there already: choose another with --out FOLDER")
     check_world(world, robots)
     _report(world, robots)
-    save_world(world, folder)
+    try:
+        save_world(world, folder)
+    except OSError as error:
+        raise WorldError(f"cannot write '{folder}': {error.strerror or error}") from None
     print(f"world: {folder}")
     _draw(world, robots, folder / "world.png")
 

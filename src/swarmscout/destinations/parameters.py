@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-import math
 import reprlib
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any, get_type_hints
 
@@ -54,7 +54,7 @@ def check_parameters(
             raise SelectorError(f"{shown}: expected {_KINDS[expected]}{example}")
         if not isinstance(value, int | float) or isinstance(value, bool):
             continue
-        if not math.isfinite(value):
+        if not abs(value) <= sys.float_info.max:
             raise SelectorError(f"{shown}: expected a finite number")
         if lengths and key.endswith(_LENGTHS) and not 0 <= value <= _LONGEST:
             raise SelectorError(f"{shown}: expected 0 to {_LONGEST:,.0f}")

@@ -8,40 +8,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import ScenarioError
+from swarmscout.minds.minds import DESTINATION, LEADER, Minds
 from swarmscout.robots.bodies import TICKS, Bodies
 from swarmscout.worlds.world import World
 
-__all__ = ["BodyCheck", "checked_function", "checked_links"]
+__all__ = ["HandCheck", "checked_function", "checked_links"]
 
 F = TypeVar("F")
 
 
-class BodyCheck:
-    """Whether all bodies are still somewhere, after a user may have moved them between two steps.
+class HandCheck:
+    """Whether bodies and minds are still possible, after a user may have written into them.
 
-    Comparing bytes with those that the last step left costs less than a thousandth of a step;
+    Comparing bytes with those that the last step left costs less than a hundredth of a step;
     what was written is looked at only if they differ.
 
     Args:
-        world: where bodies must be.
+        world: where bodies must be. cells: how many cells a map has.
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, cells: int) -> None:
         self._world = world
-        self._known: tuple[bytes, bytes] = (b"", b"")
+        self._cells = cells
+        self._known: tuple[bytes, ...] = ()
 
-    def before(self, bodies: Bodies) -> None:
+    def before(self, bodies: Bodies, minds: Minds) -> None:
         """Check what was written since the last step.
 
         Raises:
-            ScenarioError: a position or heading is impossible; put right, the mission goes on.
+            ScenarioError: something is impossible; put right, the mission goes on.
         """
-        if (bodies.position.tobytes(), bodies.heading.tobytes()) != self._known:
+        if _bytes(bodies, minds) != self._known:
             self._look(bodies)
+            robots = len(minds.state)
+            _in_range("minds.leader", minds.state[:, LEADER], 0, robots - 1, "a robot")
+            _in_range(
+                "minds.destination", minds.state[:, DESTINATION], -1, self._cells - 1, "a cell"
+            )
 
-    def after(self, bodies: Bodies) -> None:
-        """Remember what the step left: its own moves keep to the rules."""
-        self._known = bodies.position.tobytes(), bodies.heading.tobytes()
+    def after(self, bodies: Bodies, minds: Minds) -> None:
+        """Remember what the step left: its own changes keep to the rules."""
+        self._known = _bytes(bodies, minds)
 
     def _look(self, bodies: Bodies) -> None:
         robots = len(bodies.alive)
@@ -59,12 +66,19 @@ class BodyCheck:
             row, col = frame.cell_of(x, y)
             if not frame.contains(row, col) or not self._world.free[row, col]:
                 raise ScenarioError(f"{where} is in a wall: put the robot where the world is free")
-        wrong = np.flatnonzero((bodies.heading < 0) | (bodies.heading >= TICKS))
-        if len(wrong):
-            raise ScenarioError(
-                f"mission.bodies.heading[{wrong[0]}] = {bodies.heading[wrong[0]]}: headings are "
-                f"counted in tenths of a degree, 0 to {TICKS - 1}"
-            )
+        _in_range("bodies.heading", bodies.heading, 0, TICKS - 1, "tenths of a degree")
+
+
+def _bytes(bodies: Bodies, minds: Minds) -> tuple[bytes, ...]:
+    return bodies.position.tobytes(), bodies.heading.tobytes(), minds.state.tobytes()
+
+
+def _in_range(name: str, values: NDArray[np.int64], low: int, high: int, what: str) -> None:
+    wrong = np.flatnonzero((values < low) | (values > high))
+    if len(wrong):
+        raise ScenarioError(
+            f"mission.{name}[{wrong[0]}] = {values[wrong[0]]}: expected {what}, {low} to {high}"
+        )
 
 
 def _expect(name: str, array: Any, shape: tuple[int, ...], dtype: type) -> None:

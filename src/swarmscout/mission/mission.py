@@ -22,7 +22,7 @@ from swarmscout.mapping.occupancy import BeliefView, OccupancyGrids
 from swarmscout.minds.minds import DESIRED, blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import setup
-from swarmscout.mission.by_hand import BodyCheck, checked_function, checked_links
+from swarmscout.mission.by_hand import HandCheck, checked_function, checked_links
 from swarmscout.mission.judging import Judge, map_truth
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.sensing import Senses
@@ -127,7 +127,7 @@ class Mission:
         self.action = np.zeros(robots, dtype=np.int64)
         self.events = np.zeros((8 * robots + 16, 4), dtype=np.int64)
         self._count = np.zeros(1, dtype=np.int64)
-        self._body_check = BodyCheck(world)
+        self._hand_check = HandCheck(world, self.frame.size)
         self._links = checked_function(links)
         self._no_links = np.zeros((1, 1), dtype=np.bool_)
         self._tally = Tally(robots)
@@ -160,7 +160,7 @@ class Mission:
         if self.done:
             raise ScenarioError(f"the mission is over: {self.end_reason}")
         started = perf_counter()
-        self._body_check.before(self.bodies)
+        self._hand_check.before(self.bodies, self.minds)
         self.step_number += 1
         self._count[0] = 0
         step, minds, bodies, body = self.step_number, self.minds, self.bodies, self.scenario.body
@@ -184,7 +184,7 @@ class Mission:
             self.action, bodies, self.world, self._near,
             body.radius_m, body.forward_m, self._turn_ticks, self.headings, step,
         )  # fmt: skip
-        self._body_check.after(bodies)
+        self._hand_check.after(bodies, minds)
         changes = self.judge.judge(
             bodies, minds, self.action, minds.sending, self.log, since, self.swarm, touched, *news
         )

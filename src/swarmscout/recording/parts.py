@@ -38,12 +38,17 @@ def write_whole(path: Path, data: bytes, durable: bool = True) -> None:
     """
     temporary = path.with_name(path.name + ".tmp")
     try:
+        if path.exists() and not path.is_file():
+            path.write_bytes(data)  # A device such as /dev/stdout is written to, not replaced.
+            return
         temporary.write_bytes(data)
         if durable:  # Else a power cut may leave the name without the bytes.
             with temporary.open("r+b") as file:
                 os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
         raise RunError(f"cannot write '{path}': {error.strerror or error}") from error
 
 
