@@ -30,7 +30,7 @@ class HandCheck:
     def __init__(self, world: World, cells: int) -> None:
         self._world = world
         self._cells = cells
-        self._known: tuple[bytes, ...] = ()
+        self._position = self._heading = self._state = b""
 
     def before(self, bodies: Bodies, minds: Minds) -> None:
         """Check what was written since the last step.
@@ -38,7 +38,11 @@ class HandCheck:
         Raises:
             ScenarioError: something is impossible; put right, the mission goes on.
         """
-        if _bytes(bodies, minds) != self._known:
+        if (
+            bodies.position.tobytes() != self._position
+            or minds.state.tobytes() != self._state
+            or bodies.heading.tobytes() != self._heading
+        ):
             self._look(bodies)
             robots = len(minds.state)
             _in_range("minds.leader", minds.state[:, LEADER], 0, robots - 1, "a robot")
@@ -48,7 +52,9 @@ class HandCheck:
 
     def after(self, bodies: Bodies, minds: Minds) -> None:
         """Remember what the step left: its own changes keep to the rules."""
-        self._known = _bytes(bodies, minds)
+        self._position = bodies.position.tobytes()
+        self._state = minds.state.tobytes()
+        self._heading = bodies.heading.tobytes()
 
     def _look(self, bodies: Bodies) -> None:
         robots = len(bodies.alive)
@@ -67,10 +73,6 @@ class HandCheck:
             if not frame.contains(row, col) or not self._world.free[row, col]:
                 raise ScenarioError(f"{where} is in a wall: put the robot where the world is free")
         _in_range("bodies.heading", bodies.heading, 0, TICKS - 1, "tenths of a degree")
-
-
-def _bytes(bodies: Bodies, minds: Minds) -> tuple[bytes, ...]:
-    return bodies.position.tobytes(), bodies.heading.tobytes(), minds.state.tobytes()
 
 
 def _in_range(name: str, values: NDArray[np.int64], low: int, high: int, what: str) -> None:
