@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import resource
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -39,6 +41,40 @@ MISTAKES = [
     (["explore", "--set", "robots.few=3"], "'robots' is not a section"),
     (["explore", "--set", "sensor.range_m=nan"], "sensor.range_m"),
     (["explore", "--set", "map.p_free=0.9"], "p_free"),
+    (["explore", "--seed", "1.5"], 'unable to convert "1.5" into int: expected a whole number'),
+    (["explore", "--robots", "1e3"], "--robots"),
+    (["explore", "--steps", "2.5"], "--steps"),
+    (["explore", "--start", "spred"], 'Did you mean "spread"?'),
+    (
+        ["explore", "--robots", "3", "--set", "robots=4"],
+        "error: --set robots=4 and --robots are both given: leave one of them out",
+    ),
+    (["explore", "--set", "robots=3", "--set", "robots=4"], "are both given"),
+    (["explore", "--set", "robots=0"], "error: --set: key 'robots' = 0"),
+    (["explore", "--robots", "0", "--set", "start=spread"], "error: --robots: key 'robots' = 0"),
+    (["explore", "--set", "body.forward_m=1e-300"], "body.forward_m"),
+    (["explore", "--set", "renewal.overdue_factor=1e308"], "renewal.overdue_factor"),
+    (["explore", "--set", "battery.capacity_steps=1000000000000000000000"], "capacity_steps"),
+    (
+        ["explore", "--set", "selector.sigma=wide"],
+        "selector 'quantile': sigma = 'wide': expected a number, such as 0.02",
+    ),
+    (["explore", "--set", "selector.sigma=nan"], "sigma = nan: expected a finite number"),
+    (
+        ["explore", "--destinations", "potential", "--set", "selector.range_m=-3"],
+        "selector 'potential': range_m = -3: expected 0 to 1,000,000",
+    ),
+    (
+        ["explore", "--destinations", "leaves.py:Rule"],
+        "the code called sys.exit(0) (leaves.py, line 2)",
+    ),
+    (
+        ["explore", "--destinations", "divides.py:Rule"],
+        "cannot be made: ZeroDivisionError: division by zero (divides.py, line 3)",
+    ),
+    (["explore", "--destinations", "broken.py:Rule"], "(broken.py, line 1)"),
+    (["explore", "nested.toml"], "'nested.toml' is not valid TOML: too many nested brackets"),
+    (["explore", "--set", f"robots={'[' * 3000}"], "robots"),
     (["explore", "papr"], "did you mean 'paper'?"),
     (["explore", "missing.toml"], "'missing.toml' does not exist"),
     (["explore", "broken.toml"], "'broken.toml' is not valid TOML"),
@@ -67,6 +103,11 @@ def test_a_mistake_is_one_line(
     (here / "broken.png").write_text("no picture")
     (here / "broken.py").write_text("def (")
     (here / "empty.py").write_text("")
+    (here / "leaves.py").write_text("import sys\nsys.exit(0)\n")
+    (here / "divides.py").write_text(
+        "class Rule:\n    def __init__(self):\n        1 / 0\n    def choose(self, v, m): ...\n"
+    )
+    (here / "nested.toml").write_text(f"robots = {'[' * 5000}{']' * 5000}")
     before = sorted(here.rglob("*"))
     code, _, err = command(*words)
     assert code == 2
@@ -93,6 +134,39 @@ def test_a_selector_that_fails_keeps_the_run(
     run = Run.open(here / "x")
     assert not run.finished
     assert f"steps 0 to {run.last_step} are kept in x" in err
+    assert "ZeroDivisionError: no luck (mine.py, line 3)" in err
+
+
+def test_a_selector_cannot_leave_silently(
+    command: Callable[..., tuple[int, str, str]], here: Path
+) -> None:
+    (here / "mine.py").write_text(
+        "import sys\nclass Rule:\n    def choose(self, view, memory):\n        sys.exit(0)\n"
+    )
+    code, _, err = command("explore", *SHORT[:4], "--destinations", "mine.py:Rule", "--out", "x")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "the code called sys.exit(0) (mine.py, line 4)" in err
+
+
+def test_kernels_that_must_not_be_compiled(start: Callable[..., Any], here: Path) -> None:
+    child = start("list", "selectors", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
+    out, err = child.communicate()
+    assert (child.returncode, out) == (2, "")
+    assert err == "error: NUMBA_DISABLE_JIT is set: missions run compiled only, unset it\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX shell")
+def test_closed_streams(here: Path) -> None:
+    program = f"{sys.executable} -m swarmscout"
+    for words, code in (
+        ("list policies >&-", 0),
+        ("list policies >&- 2>&-", 0),
+        ("list colours 2>&-", 2),
+        ("list policies >/dev/full", 2),
+    ):
+        ended = subprocess.run(f"{program} {words}", shell=True, capture_output=True, text=True)
+        assert ended.returncode == code, words
+        assert "defect" not in ended.stderr
 
 
 def test_debugging_shows_the_traceback(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,7 +178,7 @@ def test_debugging_shows_the_traceback(here: Path, monkeypatch: pytest.MonkeyPat
 def test_a_defect_is_one_line_too(
     command: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise TypeError("a\ndefect")
 
     monkeypatch.setattr("swarmscout.mission.scenario_files.load_scenario", fail)
@@ -117,7 +191,7 @@ def test_a_defect_is_one_line_too(
 def test_no_place_for_compiled_kernels(
     command: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise RuntimeError("cannot cache function 'move': no locator available for file 'x'")
 
     monkeypatch.setattr("swarmscout.mission.scenario_files.load_scenario", fail)

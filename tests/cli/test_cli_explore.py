@@ -82,10 +82,10 @@ def test_names_count_up(command: Command, here: Path) -> None:
 def test_a_scenario_file_and_what_is_set_on_top(command: Command, here: Path) -> None:
     (here / "mine.toml").write_text("robots = 2\nsteps = 10\n[teams]\ndesired_size = 4\n")
     words = ["explore", "mine.toml", "--out", "x", "--no-picture", "--record", "curves"]
-    words += ["--set", "teams.d_join_m=3.5", "--set", "start=spread", "--set", "robots = 5"]
+    words += ["--set", "teams.d_join_m=3.5", "--start", "spread", "--set", "seed = 5"]
     assert command(*words, "--robots", "4")[0] == 0
     scenario = Run.open("x").scenario
-    assert (scenario.robots, scenario.steps) == (4, 10)
+    assert (scenario.robots, scenario.steps, scenario.seed) == (4, 10, 5)
     assert (scenario.teams.desired_size, scenario.teams.d_join_m) == (4, 3.5)
     assert scenario.start == "spread"
     assert Run.open("x").level == "curves"
@@ -113,3 +113,53 @@ def test_a_selector_of_ones_own(command: Command, here: Path) -> None:
     )
     assert command("explore", *SHORT[:4], "--destinations", "mine.py:Mine", "--no-picture")[0] == 0
     assert [path.name for path in (here / "runs").iterdir()] == ["lava-tube-Mine-n3-s0"]
+
+
+def test_a_run_with_a_rule_of_ones_own_runs_again_from_elsewhere(
+    command: Command, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (here / "rules").mkdir()
+    (here / "rules" / "mine.py").write_text(
+        "from swarmscout.destinations.nearest import Nearest\nclass Mine(Nearest):\n    pass\n"
+    )
+    (here / "rules" / "mine.toml").write_text('destinations = "mine.py:Mine"\n')
+    words = (*SHORT[:4], "--no-picture")
+    assert command("explore", "rules/mine.toml", *words, "--out", "x")[0] == 0
+    (here / "rules" / "mine.py").unlink()
+    (here / "elsewhere").mkdir()
+    (here / "x").rename(here / "elsewhere" / "x")
+    monkeypatch.chdir(here / "elsewhere")
+    assert command("explore", "x", "--out", "y", "--no-picture")[0] == 0
+    first, again = Run.open("x"), Run.open("y")
+    assert again.steps.equals(first.steps)
+    assert again.decisions.equals(first.decisions)
+    assert again.summary == first.summary
+    assert Path("y/scenario.toml").read_bytes() == Path("x/scenario.toml").read_bytes()
+
+
+def test_files_with_a_byte_order_mark(command: Command, here: Path) -> None:
+    (here / "mine.toml").write_bytes(b"\xef\xbb\xbfrobots = 2\nsteps = 3\n")
+    assert command("explore", "mine.toml", "--out", "x", "--no-picture")[0] == 0
+    assert Run.open("x").scenario.robots == 2
+
+
+def test_a_reason_that_is_no_text_is_kept_as_far_as_it_is(command: Command, here: Path) -> None:
+    (here / "mine.py").write_text(
+        "from swarmscout.destinations.selector import Choice\nclass Mine:\n"
+        "    def choose(self, view, memory):\n"
+        "        return Choice(tuple(view.frontiers[0].tolist()), reason='\\ud800 far')\n"
+    )
+    words = (*SHORT[:4], "--destinations", "mine.py:Mine", "--out", "x", "--no-picture")
+    assert command("explore", *words)[::2] == (0, "")
+    assert set(Run.open("x").decisions["reason"]) == {"? far"}
+
+
+def test_the_summary_says_who_is_stranded_and_what_helps(command: Command) -> None:
+    words = ("--robots", "1", "--steps", "80", "--no-picture", "--set", "battery.capacity_steps=40")
+    hint = "the only robot ran out of charge: nobody is left to explore; to return in time"
+    _, out, _ = command("explore", *words, "--set", "battery.charge_below=0.0")
+    assert f"{hint}: --set battery.return_rule=distance" in out
+    assert "1 robot in lava-tube" in out
+    assert "part wall, part free" in out
+    _, out, _ = command("explore", "--robots", "2", "--steps", "10", "--no-picture")
+    assert "ran out of charge" not in out

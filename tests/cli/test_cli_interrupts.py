@@ -62,6 +62,35 @@ def test_inside_a_mission_a_signal_waits_and_a_second_does_not() -> None:
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_a_library_may_turn_an_interrupt_into_its_own_error() -> None:
+    def half_an_import() -> None:
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except BaseException:
+            raise ImportError("half an import") from None
+
+    with pytest.raises(Interrupted) as caught, interruptible():
+        half_an_import()
+    assert caught.value.signal == signal.SIGTERM
+    with pytest.raises(ImportError), interruptible():
+        raise ImportError("no signal has arrived")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("delay_s", [0.15, 0.3, 0.5, 0.8, 1.1, 1.4])
+def test_an_interrupt_while_loading_is_one_line(
+    start: Callable[..., Any], here: Path, delay_s: float
+) -> None:
+    words = ("--steps", "100000", "--set", "battery.enabled=false", "--out", "x")
+    child = start("explore", *words)
+    time.sleep(delay_s)
+    child.send_signal(signal.SIGINT)
+    _, err = child.communicate(timeout=60)
+    assert child.returncode == 130
+    assert err.startswith("interrupted")
+    assert err.count("\n") == 1
+
+
 def test_an_interrupt_before_the_mission_leaves_nothing(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from swarmscout import Mission, Run, RunError, RunWriter, Scenario, map_picture, record_mission
-from swarmscout.viewing.map_picture import frontier_cells, labels_at
+from swarmscout.viewing.map_picture import frontier_cells, labels_at, map_figure
 
 
 def test_labels_and_frontiers_are_the_mission_s(finished: Run, tape: Any) -> None:
@@ -51,11 +51,26 @@ def test_the_picture_has_the_paper_s_colours(finished: Run, tmp_path: Path) -> N
         assert _share(file, colour) > least, colour
 
 
+def test_the_legend_names_every_colour_and_lies_below_the_map(finished: Run) -> None:
+    figure = map_figure(finished)
+    figure.canvas.draw()
+    (axes,), (legend,) = figure.axes, figure.legends
+    said = [text.get_text() for text in legend.get_texts()]
+    assert said[:4] == ["unknown", "free", "wall", "frontier"]
+    assert {"charging station", "destination", "robot (EXP)"} <= set(said)
+    assert legend.get_window_extent().y1 <= axes.get_tightbbox().y0
+    title = axes.get_title()
+    for word in ("lava-tube", "6 robots", "nearest", "m² explored"):
+        assert word in title
+
+
 def test_white_grows_with_the_steps(finished: Run, tmp_path: Path) -> None:
     early = labels_at(finished, 10)
     assert (early == 1).sum() < (labels_at(finished) == 1).sum()
     for step in (0, 10):
         assert map_picture(finished, tmp_path / f"{step}.png", step).exists()
+    with pytest.raises(RunError, match="made of a Run, not of a str"):
+        map_picture("runs/x", tmp_path / "x.png")  # type: ignore[arg-type]
     with pytest.raises(RunError, match="no step 999"):
         map_picture(finished, tmp_path / "999.png", 999)
     with pytest.raises(RunError, match="cannot write"):

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from swarmscout import RunError, Scenario
+from swarmscout import RunError, Scenario, record_mission
 from swarmscout.recording.run_folder import (
     claim_folder,
     claim_next_free,
     default_name,
     release_folder,
 )
+from swarmscout.recording.tables import LEVELS
 
 
 @pytest.mark.parametrize(
@@ -65,3 +66,26 @@ def test_releasing_removes_nothing_but_an_empty_folder(tmp_path: Path) -> None:
     assert (tmp_path / "full" / "note.txt").exists()
     release_folder(claim_folder(tmp_path / "empty"))
     assert not (tmp_path / "empty").exists()
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
+def test_what_finishes_a_run_is_on_the_disk_before_its_summary(
+    scenario: Scenario, empty: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[tuple[str, str]] = []
+    sync, replace = os.fsync, os.replace
+
+    def synced(number: int) -> None:
+        seen.append(("synced", Path(os.readlink(f"/proc/self/fd/{number}")).name))
+        sync(number)
+
+    def replaced(old: Path, new: Path) -> None:
+        seen.append(("in place", Path(new).name))
+        replace(old, new)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(os, "replace", replaced)
+    record_mission(scenario.model_copy(update={"steps": 60}), out=empty)
+    assert seen[-1] == ("in place", "summary.json")
+    for name in (*(f"{table}.parquet" for table in LEVELS["full"]), "map.npz", "summary.json"):
+        assert seen.index(("synced", f"{name}.tmp")) < seen.index(("in place", name))

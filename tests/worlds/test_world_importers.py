@@ -13,6 +13,7 @@ from PIL import Image
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds import load_world, world_from_array, world_from_ascii
 from swarmscout.worlds.resampling import refined, resampled
+from swarmscout.worlds.world import World
 
 NAV2 = {
     "image": "map.pgm", "resolution": 0.05, "origin": "[-1.0, 2.0, 0.0]", "negate": 0,
@@ -85,7 +86,7 @@ def test_nav2_at_another_resolution(tmp_path):
         ({"origin": "[0, 0, 0.3]"}, "yaw = 0.3 rad, only 0 is supported"),
         ({"origin": "[0, a, 0]"}, "origin = "),
         ({"origin": 3}, "origin = 3"),
-        ({"resolution": 0}, "resolution = 0, expected metres above 0"),
+        ({"resolution": 0}, "resolution = 0.0: expected metres above 0"),
         ({"resolution": -0.1}, "resolution = -0.1"),
         ({"resolution": ".nan"}, "resolution = nan"),
         ({"resolution": "fine"}, "resolution = 'fine'"),
@@ -128,6 +129,30 @@ def test_broken_yaml_files(tmp_path):
     file.write_text("- 1\n- 2\n")
     one_line("is no nav2 map", file)
     one_line("does not exist", tmp_path / "none.yaml")
+
+
+def test_numbers_that_yaml_takes_for_texts_and_a_byte_order_mark(tmp_path):
+    file = nav2(tmp_path, np.full((40, 40), 254))
+    keys = {**NAV2, "resolution": "5e-2", "origin": "[1e0, -2e0, 0]"}
+    text = "\n".join(f"{key}: {value}" for key, value in keys.items())
+    file.write_bytes(b"\xef\xbb\xbf" + text.encode())
+    world = load_world(file)
+    assert (world.resolution_m, world.origin_m) == (0.05, (1.0, -2.0))
+    file.write_text(text.replace("5e-2", "1e-9"))
+    one_line("cells that small are not supported", file)
+    file.write_text("[" * 5000)
+    one_line("is no YAML: too many nested brackets", file)
+
+
+def test_things_that_are_no_worlds(tmp_path):
+    one_line("not by a NoneType", None)
+    one_line("not by a ndarray", np.ones((5, 5)))
+    one_line("unknown world", "a\0b")
+    with pytest.raises(WorldError, match="x, y in metres"):
+        World("mine", np.ones((5, 5), dtype=np.bool_), 0.1, start_m=(1.0,))
+    with pytest.raises(WorldError, match="resolution_m = 'fine'"):
+        World("mine", np.ones((5, 5), dtype=np.bool_), "fine")
+    assert "array" not in repr(World("mine", np.ones((50, 50), dtype=np.bool_), 0.1))
 
 
 def test_broken_images(tmp_path):
@@ -195,7 +220,10 @@ def test_absurd_cells(tmp_path):
     file = tmp_path / "tiny.map"
     file.write_text(OCTILE)
     one_line("too large", file, cell_m=1e6)
-    one_line("too large", file, resolution_m=1e-6)
+    one_line("expected metres above 0", file, cell_m=1e300)
+    for tiny in ({"resolution_m": 1e-6}, {"cell_m": 1e-9}):
+        one_line("cells that small are not supported", file, **tiny)
+    one_line("too large", file, resolution_m=0.005, cell_m=100.0)
     one_line("coarser than the whole raster", file, resolution_m=50.0)
 
 

@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from swarmscout.cli.worlds import app
 from swarmscout.core.errors import WorldError
@@ -32,6 +33,31 @@ def test_show(command, tmp_path):
     told = command("show", "lava-tube-small", "--seed", "2", "--resolution", "0.25")
     assert "reachable from the start" in told
     assert (tmp_path / "lava-tube-small-2.png").stat().st_size > 10_000
+
+
+def test_show_never_draws_over_the_map(command, tmp_path):
+    free = np.zeros((60, 60), dtype=np.uint8)
+    free[5:55, 5:55] = 255
+    for name in ("my map.png", "plan.pgm"):
+        Image.fromarray(free).save(tmp_path / name)
+    (tmp_path / "plan.yaml").write_text(
+        "image: plan.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.2\n"
+    )
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert "picture: my map-world.png" in command("show", "my map.png", "--robots", "3")
+    assert "picture: plan-world.png" in command("show", "plan.yaml", "--robots", "3")
+    for map_, out in (("my map.png", "my map.png"), ("plan.yaml", "plan.pgm")):
+        with pytest.raises(WorldError, match="is the map itself"):
+            command("show", map_, "--out", out)
+    assert before == {name: (tmp_path / name).read_bytes() for name in before}
+
+
+@pytest.mark.parametrize("words", [("show", "lava-tube-small"), ("generate", "x")])
+@pytest.mark.parametrize("robots", ["-1", "0", "1000000000000"])
+def test_impossible_numbers_of_robots(command, words, robots):
+    with pytest.raises(WorldError, match="--robots"):
+        command(*words, "--robots", robots)
 
 
 def test_generate(command, tmp_path):

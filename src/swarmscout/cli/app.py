@@ -54,6 +54,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         1 for a defect of the package. ``SWARMSCOUT_DEBUG=1`` shows tracebacks.
     """
     tokens = sys.argv[1:] if argv is None else list(argv)
+    # Python has None where the shell has closed a stream (``>&-``).
+    sys.stdout = sys.stdout or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+    sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # A terminal that cannot show "m²" shows "m?".
@@ -71,7 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 128 + signal.SIGPIPE
     except SystemExit as left:
-        return left.code if isinstance(left.code, int) else 0
+        return left.code if isinstance(left.code, int) else _say(str(left.code or ""), 1)
     except Exception as error:
         if os.environ.get("SWARMSCOUT_DEBUG", "0") not in ("", "0"):
             raise
@@ -84,6 +87,8 @@ def _explain(error: Exception) -> tuple[str, int]:
 
     if isinstance(error, SwarmscoutError | CycloptsError):
         return f"error: {error}", 2
+    if isinstance(error, MemoryError):
+        return "error: not enough memory: take fewer robots, a smaller world or larger cells", 2
     if isinstance(error, OSError):
         where = f": '{error.filename}'" if error.filename else ""
         return f"error: {error.strerror or error}{where}", 2

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from swarmscout.cli.numbers import WholeNumber
+
 if TYPE_CHECKING:
     from swarmscout.mission.scenario import Scenario
     from swarmscout.recording.run import Run
@@ -19,9 +21,10 @@ def explore(
     /,
     *,
     world: str | None = None,
-    robots: int | None = None,
-    steps: int | None = None,
-    seed: int | None = None,
+    start: Literal["one-place", "spread"] | None = None,
+    robots: WholeNumber | None = None,
+    steps: WholeNumber | None = None,
+    seed: WholeNumber | None = None,
     destinations: str | None = None,
     set_: Annotated[
         tuple[str, ...],
@@ -36,6 +39,7 @@ def explore(
     Args:
         scenario: a scenario file, paper, paper-literal, or a run's folder (runs it again).
         world: a named world, a map's file, or a world folder.
+        start: robots start round the stations, or all over the world.
         robots: number of robots.
         steps: length of the mission.
         seed: starts, noise, charge, characters and decisions.
@@ -49,20 +53,27 @@ def explore(
     from swarmscout.cli.interrupts import Interrupted, between_steps
     from swarmscout.cli.progress import Progress
     from swarmscout.cli.summary import summary_lines
-    from swarmscout.core.errors import SwarmscoutError
+    from swarmscout.core.errors import ScenarioError, SwarmscoutError
     from swarmscout.mission.scenario_files import load_scenario
     from swarmscout.recording.run_folder import release_folder
 
     options = {
         "world": world,
+        "start": start,
         "robots": robots,
         "steps": steps,
         "seed": seed,
         "destinations": destinations,
     }
-    overrides = dict(_key_value(text) for text in set_)
-    overrides |= {key: value for key, value in options.items() if value is not None}
-    chosen = load_scenario(scenario, overrides)
+    overrides = {key: value for key, value in options.items() if value is not None}
+    origins = {key: f"--{key}" for key in overrides}
+    for text in set_:
+        key, value = _key_value(text)
+        if key in origins:
+            other = f"another --set {key}=…" if origins[key] == "--set" else origins[key]
+            raise ScenarioError(f"--set {text} and {other} are both given: leave one of them out")
+        overrides[key], origins[key] = value, "--set"
+    chosen = load_scenario(scenario, overrides, origins=origins)
     folder = _claim(chosen, out)
     try:
         from swarmscout.recording.explore import record_mission
@@ -74,8 +85,7 @@ def explore(
                 progress.show(mission)
                 check()
 
-            base = Path(scenario).parent if Path(scenario).is_file() else None
-            run = record_mission(chosen, out=folder, record=record, base=base, on_step=on_step)
+            run = record_mission(chosen, out=folder, record=record, on_step=on_step)
     except Interrupted as stopped:
         raise Interrupted(stopped.signal, f"{stopped}{_kept(folder)}") from None
     except SwarmscoutError as error:
@@ -92,16 +102,15 @@ def explore(
 
 def _key_value(text: str) -> tuple[str, Any]:
     """``teams.desired_size=3`` as a key and a value; the value is TOML, or else a string."""
-    import tomllib
-
     from swarmscout.core.errors import ScenarioError
+    from swarmscout.mission.scenario_files import parse_toml
 
     key, equals, value = (part.strip() for part in text.partition("="))
     if not key or not equals:
         raise ScenarioError(f"--set '{text}': write KEY=VALUE, for example teams.desired_size=3")
     try:
-        parsed = tomllib.loads(f"value = {value}")
-    except tomllib.TOMLDecodeError:
+        parsed = parse_toml(f"value = {value}", "--set")
+    except ScenarioError:
         return key, value
     return key, parsed["value"] if len(parsed) == 1 else value
 

@@ -29,13 +29,24 @@ class Interrupted(BaseException):
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """SIGINT and SIGTERM raise :class:`Interrupted` at once."""
+    """SIGINT and SIGTERM raise :class:`Interrupted` at once.
+
+    Libraries that are being imported may turn it into an error of their own: once a signal has
+    arrived, whatever error follows means that it was heard.
+    """
+    arrived: list[int] = []
 
     def stop(number: int, _: FrameType | None) -> None:
+        arrived.append(number)
         raise Interrupted(number)
 
-    with _installed(stop):
-        yield
+    try:
+        with _installed(stop):
+            yield
+    except Exception:
+        if arrived:
+            raise Interrupted(arrived[0]) from None
+        raise
 
 
 @contextmanager

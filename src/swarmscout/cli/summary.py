@@ -27,7 +27,13 @@ def summary_lines(run: Run) -> list[str]:
         "charging": _counts(figures, ("charges", "charges"), ("stranded", "stranded")),
         "driven": _driven(figures),
         "steps were": _shares(figures),
-        "map": _shares_of(figures, ("map_accuracy", "right"), ("overlap_ratio", "seen twice")),
+        "map": _shares_of(
+            figures,
+            ("map_accuracy", "right"),
+            ("map_mixed_share", "part wall, part free (not counted)"),
+            ("overlap_ratio", "seen twice"),
+        ),
+        "stranded": _stranded(figures, run.scenario.battery.return_rule),
     }
     width = max(len(name) for name in lines)
     return [f"{name:<{width}}  {text}" for name, text in lines.items() if text]
@@ -36,13 +42,34 @@ def summary_lines(run: Run) -> list[str]:
 def _mission(figures: Mapping[str, Any]) -> str:
     words = []
     if "world" in figures:
-        words.append(f"{figures['robots']} robots in {figures['world']}")
+        words.append(f"{_robots(figures['robots'])} in {figures['world']}")
     if "selector" in figures:
         words.append(f"destinations by {figures['selector']}")
     if "seed" in figures:
         words.append(f"seed {figures['seed']}")
-    words.append(f"{figures['steps']} steps, ended: {figures['end_reason']}")
+    steps = figures["steps"]
+    words.append(f"{steps} step{'' if steps == 1 else 's'}, ended: {figures['end_reason']}")
     return ", ".join(words)
+
+
+def _robots(count: int) -> str:
+    return "1 robot" if count == 1 else f"{count} robots"
+
+
+def _stranded(figures: Mapping[str, Any], return_rule: str) -> str:
+    """Robots with an empty battery, and what helps."""
+    stranded, robots = figures.get("stranded") or 0, figures.get("robots") or 0
+    if not stranded:
+        return ""
+    who = "the only robot" if robots == 1 else f"all {robots} robots"
+    if stranded < robots:
+        who = f"{stranded} of {robots} robots"
+    text = f"{who} ran out of charge"
+    if stranded == robots:
+        text += ": nobody is left to explore"
+    if return_rule == "threshold":
+        return f"{text}; to return in time: --set battery.return_rule=distance"
+    return f"{text}; a larger battery helps: --set battery.capacity_steps=…"
 
 
 def _explored(figures: Mapping[str, Any]) -> str:

@@ -7,10 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
+from swarmscout.cli.numbers import WholeNumber
+
 if TYPE_CHECKING:
     from swarmscout.worlds.world import World
 
 __all__ = ["app"]
+
+_MOST_ROBOTS = 100_000
 
 app = App(name="worlds", help="List, show, import and generate worlds.", help_format="plaintext")
 
@@ -35,8 +39,8 @@ def show(
     world: str,
     /,
     *,
-    seed: int | None = None,
-    robots: int = 15,
+    seed: WholeNumber | None = None,
+    robots: WholeNumber = 15,
     metres_per_cell: float | None = None,
     resolution: float | None = None,
     out: _Picture = None,
@@ -51,10 +55,14 @@ def show(
         resolution: edge of a raster cell, in metres.
         out: the picture; by default one in the working directory that is named after the world.
     """
-    from swarmscout.worlds.catalogue import load_world
+    from swarmscout.worlds.catalogue import NAMED_TUBES, load_world
 
+    _check_robots(robots)
     loaded = load_world(world, seed=seed, cell_m=metres_per_cell, resolution_m=resolution)
     suffix = "" if seed is None else f"-{seed}"
+    if world not in NAMED_TUBES:
+        suffix = "-world"  # Beside my_map.png or my_map.yaml there is an image that is the map.
+        _spare(out, Path(world))
     _report(loaded, robots)
     _draw(loaded, robots, out or Path(f"{loaded.name}{suffix}.png"))
 
@@ -64,7 +72,7 @@ def generate(
     name: str = "tube",
     /,
     *,
-    seed: int = 0,
+    seed: WholeNumber = 0,
     like: str = "lava-tube",
     layout: Literal["tube", "maze"] | None = None,
     size: float | None = None,
@@ -73,14 +81,14 @@ def generate(
     narrowest: float | None = None,
     widest: float | None = None,
     winding: float | None = None,
-    braids: int | None = None,
-    branches: int | None = None,
+    braids: WholeNumber | None = None,
+    branches: WholeNumber | None = None,
     branch_length: float | None = None,
-    pillars: int | None = None,
-    piles: int | None = None,
+    pillars: WholeNumber | None = None,
+    piles: WholeNumber | None = None,
     roughness: float | None = None,
     resolution: float | None = None,
-    robots: int = 15,
+    robots: WholeNumber = 15,
     out: _Folder = None,
 ) -> None:
     """Generate a lava tube, and keep it in a folder with a picture.
@@ -134,7 +142,7 @@ def import_world(
     resolution: float | None = None,
     start: _Point = None,
     station: _Points = (),
-    robots: int = 15,
+    robots: WholeNumber = 15,
     out: _Folder = None,
 ) -> None:
     """Make a world of a map: nav2 YAML, MovingAI .map, image or .npy; report and picture.
@@ -160,18 +168,40 @@ def import_world(
     _keep(loaded, robots, out)
 
 
+def _check_robots(robots: int) -> None:
+    from swarmscout.core.errors import WorldError
+
+    if not 1 <= robots <= _MOST_ROBOTS:
+        raise WorldError(f"--robots {robots}: expected 1 to {_MOST_ROBOTS:,}")
+
+
+def _spare(out: Path | None, world: Path) -> None:
+    """Refuse to draw over the map itself, or over the image that a nav2 map consists of."""
+    from swarmscout.core.errors import WorldError
+
+    if out is None or not out.exists():
+        return
+    images = [world, *(world.with_suffix(suffix) for suffix in (".png", ".pgm", ".pdf", ".svg"))]
+    if any(image.exists() and image.samefile(out) for image in images):
+        raise WorldError(f"--out '{out}' is the map itself: choose another name for the picture")
+
+
 def _keep(world: World, robots: int, out: Path | None) -> None:
     """Check a world, write it into a new folder with a picture, and say so."""
     from swarmscout.core.errors import WorldError
     from swarmscout.worlds.checks import check_world
     from swarmscout.worlds.folder import save_world
 
+    _check_robots(robots)
     folder = out or Path(world.name)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise WorldError(f"'{folder}' is there already: choose another with --out FOLDER")
     check_world(world, robots)
     _report(world, robots)
-    save_world(world, folder)
+    try:
+        save_world(world, folder)
+    except OSError as error:
+        raise WorldError(f"cannot write '{folder}': {error.strerror or error}") from None
     print(f"world: {folder}")
     _draw(world, robots, folder / "world.png")
 

@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 
 import numba
 
+from swarmscout.core.errors import SwarmscoutError
+
 __all__ = ["inlined", "kernel", "kernels"]
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -21,7 +23,13 @@ kernels: dict[str, Any] = {}
 
 
 def kernel(function: F) -> F:
-    """Compile a function at its first call and keep the result on disk."""
+    """Compile a function at its first call and keep the result on disk.
+
+    Raises:
+        SwarmscoutError: Numba is told not to compile.
+    """
+    if numba.config.DISABLE_JIT:
+        raise SwarmscoutError("NUMBA_DISABLE_JIT is set: missions run compiled only, unset it")
     compiled = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     kernels[f"{function.__module__}.{function.__name__}"] = compiled
     return compiled  # type: ignore[no-any-return]

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.core.blame import told
 from swarmscout.core.codes import CAUSES, CHARGE
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.recorder import Decision
@@ -132,10 +133,10 @@ class Destinations:
     def _ask(self, view: LeaderView) -> Choice:
         try:
             choice = self.selector.choose(view, self.memories[view.robot])
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise SelectorError(
                 f"selector '{self.name}' failed in step {view.step} for robot {view.robot}: "
-                f"{type(error).__name__}: {error}"
+                f"{told(error)}"
             ) from error
         if not isinstance(choice, Choice):
             raise SelectorError(

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import importlib.util
 import inspect
+import reprlib
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
+from swarmscout.core.blame import told
 from swarmscout.core.errors import SelectorError, did_you_mean
 from swarmscout.destinations.hungarian import Hungarian
 from swarmscout.destinations.information_gain import InformationGain
@@ -22,6 +24,7 @@ from swarmscout.destinations.minpos import MinPos
 from swarmscout.destinations.multi_criteria import MultiCriteria
 from swarmscout.destinations.nearest import Nearest
 from swarmscout.destinations.nearest_euclidean import NearestEuclidean
+from swarmscout.destinations.parameters import check_parameters
 from swarmscout.destinations.potential import Potential
 from swarmscout.destinations.quantile import Quantile
 from swarmscout.destinations.quantile_local import QuantileLocal
@@ -30,7 +33,17 @@ from swarmscout.destinations.selector import Selector
 from swarmscout.destinations.utility import Utility
 from swarmscout.destinations.voronoi import Voronoi
 
-__all__ = ["RECOMMENDED", "make_selector", "selectors"]
+__all__ = [
+    "IN_MEMORY",
+    "RECOMMENDED",
+    "make_object",
+    "make_selector",
+    "selector_file",
+    "selectors",
+]
+
+IN_MEMORY = "object:"
+"""A scenario names a selector that was handed over as an object by this and its class."""
 
 RECOMMENDED = "multi-criteria"
 """The selector to start with where no other is asked for."""
@@ -68,7 +81,7 @@ def selectors() -> dict[str, str]:
 def make_selector(
     name: str, parameters: Mapping[str, Any] | None = None, base: Path | None = None
 ) -> Selector:
-    """Make the selector behind a name.
+    """Make the selector behind a name; a file is run for that.
 
     Args:
         name: a name of :func:`selectors`, or ``file.py:ClassName``.
@@ -79,23 +92,29 @@ def make_selector(
         SelectorError: there is no such selector, or it does not take these parameters.
     """
     kind = _kind(name, base)
-    given = dict(parameters or {})
     if not callable(kind):
-        raise SelectorError(f"'{name}' is no selector: it is {kind!r}, not a class")
+        raise SelectorError(f"'{name}' is no selector: it is {reprlib.repr(kind)}, not a class")
+    return make_object(kind, name, parameters or {})
+
+
+def make_object(kind: Callable[..., Any], name: str, parameters: Mapping[str, Any]) -> Selector:
+    """Make a selector of its class.
+
+    Args:
+        kind: the class, or a function that makes one.
+        name: what it is called in errors.
+        parameters: keyword arguments.
+
+    Raises:
+        SelectorError: it does not take these parameters, or is no selector.
+    """
+    check_parameters(name, kind, parameters, lengths=name in BUILT_IN)
     try:
-        accepted = list(inspect.signature(kind).parameters)
-    except (TypeError, ValueError):
-        accepted = list(given)
-    for key in given:
-        if key not in accepted:
-            raise SelectorError(
-                f"selector '{name}' has no parameter '{key}': "
-                f"{did_you_mean(key, accepted) if accepted else 'it takes none'}"
-            )
-    try:
-        selector = kind(**given)
-    except (TypeError, ValueError) as error:
-        raise SelectorError(f"selector '{name}': {error}") from None
+        selector = kind(**parameters)
+    except (Exception, SystemExit) as error:
+        if isinstance(error, ValueError):  # Its author's own words on an impossible value.
+            raise SelectorError(f"selector '{name}': {error}") from None
+        raise SelectorError(f"selector '{name}' cannot be made: {told(error)}") from error
     if not isinstance(selector, Selector):
         raise SelectorError(f"'{name}' is no selector: it has no method choose(view, memory)")
     return selector
@@ -104,9 +123,14 @@ def make_selector(
 def _kind(name: str, base: Path | None) -> Any:
     if name in BUILT_IN:
         return BUILT_IN[name]
-    path, colon, attribute = name.rpartition(":")
-    if colon and path.endswith(".py"):
-        return _from_file(Path(path), attribute, base)
+    if name.startswith(IN_MEMORY):
+        raise SelectorError(
+            f"selector '{name}' was an object in memory: put its class into a file and name it "
+            f"FILE.py:{name.removeprefix(IN_MEMORY)}"
+        )
+    found = selector_file(name, base)
+    if found is not None:
+        return _from_file(found, name.rpartition(":")[2])
     if name.endswith(".py"):
         raise SelectorError(f"'{name}' names a file but no class in it: write '{name}:ClassName'")
     plugins = _plugins()
@@ -115,35 +139,47 @@ def _kind(name: str, base: Path | None) -> Any:
         raise SelectorError(f"unknown selector '{name}': {did_you_mean(name, known)}")
     try:
         return plugins[name].load()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise SelectorError(
-            f"selector '{name}' ({plugins[name].value}) cannot be loaded: "
-            f"{type(error).__name__}: {error}"
+            f"selector '{name}' ({plugins[name].value}) cannot be loaded: {told(error)}"
         ) from error
 
 
-def _from_file(path: Path, attribute: str, base: Path | None) -> Any:
+def selector_file(name: str, base: Path | None = None) -> Path | None:
+    """The file that a selector's name leads to, or None where it names no file.
+
+    Args:
+        name: as for :func:`make_selector`.
+        base: as there.
+
+    Raises:
+        SelectorError: there is no such file.
+    """
+    text, colon, _ = name.rpartition(":")
+    if not (colon and text.endswith(".py")):
+        return None
+    path = Path(text).expanduser()
     candidates = [path] if base is None or path.is_absolute() else [base / path, path]
     found = next((candidate for candidate in candidates if candidate.is_file()), None)
     if found is None:
-        raise SelectorError(f"selector file '{path}' does not exist")
+        raise SelectorError(f"selector file '{text}' does not exist")
+    return found
+
+
+def _from_file(path: Path, attribute: str) -> Any:
     # A name of its own, so that two files called my.py do not replace each other; dataclasses
     # look their module up by name.
-    module_name = f"swarmscout_user_{abs(hash(str(found.resolve())))}"
-    spec = importlib.util.spec_from_file_location(module_name, found)
+    module_name = f"swarmscout_user_{abs(hash(str(path.resolve())))}"
+    spec = importlib.util.spec_from_file_location(module_name, path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         del sys.modules[module_name]
-        line = getattr(error, "lineno", None)
-        raise SelectorError(
-            f"selector file '{path}' cannot be loaded: {type(error).__name__}: {error}"
-            + (f" (line {line})" if line and "line" not in str(error) else "")
-        ) from error
+        raise SelectorError(f"selector file '{path}' cannot be loaded: {told(error)}") from error
     if not hasattr(module, attribute):
         classes = [n for n, v in vars(module).items() if inspect.isclass(v)]
         raise SelectorError(

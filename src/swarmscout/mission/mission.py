@@ -15,12 +15,14 @@ from swarmscout.core.codes import CHARGE
 from swarmscout.core.errors import ScenarioError
 from swarmscout.core.recorder import Decision, Recorder, StepRecord
 from swarmscout.core.version import package_version
+from swarmscout.destinations.selector import Selector
 from swarmscout.mapping.evidence import EvidenceLog, observe
 from swarmscout.mapping.exchange import exchange_evidence, share_evidence
 from swarmscout.mapping.occupancy import BeliefView, OccupancyGrids
 from swarmscout.minds.minds import DESIRED, blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import setup
+from swarmscout.mission.by_hand import HandCheck, checked_function, checked_links
 from swarmscout.mission.judging import Judge, map_truth
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.sensing import Senses
@@ -53,6 +55,16 @@ class Mission:
         links: who hears whom: a step to bool[N, N]. Then each robot keeps a map of its own. By
             default everybody hears everybody, and one map serves all (paper, "Robot model").
         base: folder for relative paths of the scenario, besides the working directory.
+        selector: overrides the scenario's ``destinations``; an object with a method ``choose``.
+
+    Attributes:
+        scenario, world: what is run, and where; they do not change.
+        bodies: the truth about the robots (:class:`~swarmscout.robots.bodies.Bodies`).
+        minds: what robots believe, row i of robot i (:class:`~swarmscout.minds.minds.Minds`).
+        map, map_of: what the swarm knows together, and what one robot knows.
+        stations_m: float64[k, 2], charging stations.
+        step_number: steps made so far. explored_m2: area explored so far.
+        done, end_reason: whether the mission is over, and why (None until then).
 
     Raises:
         SwarmscoutError: the scenario, its world or its selector cannot be used.
@@ -73,14 +85,16 @@ class Mission:
         recorder: Recorder | None = None,
         links: Links | None = None,
         base: Path | None = None,
+        selector: Selector | None = None,
     ) -> None:
-        if seed is not None:
-            scenario = Scenario.model_validate({**scenario.model_dump(), "seed": seed})
+        scenario = setup.complete(scenario, seed, selector)
         if world is None:
             world = load_world(scenario.world, seed=scenario.world_seed, base=base)
+        world = load_world(world)  # Of any other kind of argument it says what is wrong.
         self.scenario = scenario
         self.world = world
-        self.destinations = setup.make_destinations(scenario, base)
+        self.base = base
+        self.destinations = setup.make_destinations(scenario, base, selector)
         self.policy = policy(scenario.teams.policy, scenario.teams.desired_size)
         check_world(world, scenario.robots)
         self.stations_m = place_stations(world, scenario.robots)
@@ -113,7 +127,8 @@ class Mission:
         self.action = np.zeros(robots, dtype=np.int64)
         self.events = np.zeros((8 * robots + 16, 4), dtype=np.int64)
         self._count = np.zeros(1, dtype=np.int64)
-        self._links = links
+        self._hand_check = HandCheck(world, self.frame.size)
+        self._links = checked_function(links)
         self._no_links = np.zeros((1, 1), dtype=np.bool_)
         self._tally = Tally(robots)
         self._near = Neighbourhood(world.extent, robots, body.radius_m, body.forward_m)
@@ -127,16 +142,25 @@ class Mission:
             nothing = np.zeros(0, dtype=np.int64)
             recorder.record(self._record([], nothing, nothing, {"step": 0.0, "decide": 0.0}))
 
+    def __repr__(self) -> str:
+        scenario, state = self.scenario, f"over: {self.end_reason}" if self.done else "running"
+        return (
+            f"<Mission: {scenario.robots} robots in {self.world.name}, {self.destinations.name}, "
+            f"seed {scenario.seed}, step {self.step_number} of {scenario.steps}, "
+            f"{self.explored_m2:.1f} m² explored, {state}>"
+        )
+
     def step(self) -> None:
         """One step: sense, map, exchange, charge, form teams, choose, plan, act, judge.
 
         Raises:
             SelectorError: the selector failed.
-            ScenarioError: the mission is over.
+            ScenarioError: the mission is over, or something impossible was written into it.
         """
         if self.done:
             raise ScenarioError(f"the mission is over: {self.end_reason}")
         started = perf_counter()
+        self._hand_check.before(self.bodies, self.minds)
         self.step_number += 1
         self._count[0] = 0
         step, minds, bodies, body = self.step_number, self.minds, self.bodies, self.scenario.body
@@ -160,6 +184,7 @@ class Mission:
             self.action, bodies, self.world, self._near,
             body.radius_m, body.forward_m, self._turn_ticks, self.headings, step,
         )  # fmt: skip
+        self._hand_check.after(bodies, minds)
         changes = self.judge.judge(
             bodies, minds, self.action, minds.sending, self.log, since, self.swarm, touched, *news
         )
@@ -224,7 +249,8 @@ class Mission:
     def _links_now(self) -> NDArray[np.bool_]:
         if self._links is None:
             return self._no_links
-        return np.ascontiguousarray(self._links(self.step_number), dtype=np.bool_)
+        given = self._links(self.step_number)
+        return checked_links(given, self.scenario.robots, self.step_number)
 
     def _map(
         self, ranges: NDArray[np.float64], links: NDArray[np.bool_]

@@ -6,10 +6,13 @@ named key with its meaning, unit and range below, and ``docs/paper.md`` says why
 
 from __future__ import annotations
 
+import reprlib
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from swarmscout.core.errors import ScenarioError, did_you_mean
 
 __all__ = [
     "BatteryScenario",
@@ -20,8 +23,10 @@ __all__ = [
     "Scenario",
     "SensorScenario",
     "TeamsScenario",
+    "what_is_wrong",
 ]
 
+Steps = Annotated[int, Field(ge=0, le=1_000_000_000)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Probability = Annotated[float, Field(gt=0.0, lt=1.0)]
 
@@ -29,12 +34,28 @@ Probability = Annotated[float, Field(gt=0.0, lt=1.0)]
 class _Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=False)
 
+    if not TYPE_CHECKING:  # Type checkers take the fields for the arguments.
+
+        def __init__(self, *wrong: Any, **keys: Any) -> None:
+            name = type(self).__name__
+            if wrong:
+                raise ScenarioError(
+                    f"{name}: give keys by name, as {name}({next(iter(type(self).model_fields))}=…)"
+                )
+            try:
+                super().__init__(**keys)
+            except ValidationError as error:
+                raise ScenarioError(f"{name}: {what_is_wrong(error, type(self))}") from None
+
+        # Sections inside a scenario are checked together with it, not by calling this.
+        __init__.__pydantic_base_init__ = True
+
 
 class BodyScenario(_Section):
     """A robot's body (paper, "Robot model" and "Task description")."""
 
-    radius_m: float = Field(0.15, gt=0.0, le=1.0, description="half of the robot's diameter")
-    forward_m: float = Field(0.2, gt=0.0, le=1.0, description="length of one forward move")
+    radius_m: float = Field(0.15, ge=0.01, le=1.0, description="half of the robot's diameter")
+    forward_m: float = Field(0.2, ge=0.001, le=1.0, description="length of one forward move")
     turn_deg: float = Field(40.0, ge=1.0, le=180.0, description="angle of one rotation")
     position_noise_m: float = Field(
         0.0, ge=0.0, le=5.0, description="standard deviation of a believed x and y"
@@ -49,7 +70,7 @@ class SensorScenario(_Section):
 
     rays: int = Field(9, ge=1, le=360, description="rays, evenly spaced over the fan")
     fan_deg: float = Field(70.0, ge=0.0, le=180.0, description="the fan spans this to each side")
-    range_m: float = Field(1.0, gt=0.0, le=30.0, description="longest range")
+    range_m: float = Field(1.0, ge=0.01, le=30.0, description="longest range")
     noise_m: float = Field(0.02, ge=0.0, le=1.0, description="standard deviation of a range")
 
 
@@ -57,12 +78,16 @@ class BatteryScenario(_Section):
     """Charge, its use and refilling (paper, "Task description": EXP and CHR)."""
 
     enabled: bool = Field(True, description="false: charge never runs out")
-    capacity_steps: int = Field(400, ge=1, description="steps that a full charge lasts")
+    capacity_steps: int = Field(
+        400, ge=1, le=1_000_000_000, description="steps that a full charge lasts"
+    )
     start_min: Share = Field(0.5, description="charge at the start is uniform from here")
     start_max: Share = Field(1.0, description="… to here, as shares of the capacity")
     charge_below: Share = Field(0.25, description="CHR mode starts below this share")
-    charge_per_step: float = Field(10.0, gt=0.0, description="refilled per step, in steps")
-    station_range_m: float = Field(1.5, gt=0.0, description="a station charges up to here")
+    charge_per_step: float = Field(10.0, gt=0.0, le=1e9, description="refilled per step, in steps")
+    station_range_m: float = Field(
+        1.5, gt=0.0, le=1000.0, description="a station charges up to here"
+    )
     return_rule: Literal["threshold", "distance"] = Field(
         "threshold", description="'distance': also keep enough charge for the way back"
     )
@@ -127,13 +152,16 @@ class TeamsScenario(_Section):
     """Team formation (paper, "Decentralized team formation" and "Self-organization")."""
 
     policy: str = Field("by-mode", description="who sets the desired team size")
-    desired_size: int = Field(5, ge=1, description="desired team size in EXP mode")
-    d_join_m: float = Field(2.0, ge=0.0, description="teams this near may join")
+    desired_size: int = Field(5, ge=1, le=100_000, description="desired team size in EXP mode")
+    d_join_m: float = Field(2.0, ge=0.0, le=1e6, description="teams this near may join")
     leave_rule: Literal["charge", "general"] = Field(
         "charge", description="'general': also leave when mean desired size < team size"
     )
     silence_steps: int = Field(
-        5, ge=0, description="a member not heard for more steps than this is dropped"
+        5,
+        ge=0,
+        le=1_000_000_000,
+        description="a member not heard for more steps than this is dropped",
     )
     position: Literal["leader", "center"] = Field(
         "leader", description="a team's position: its leader's, or the mean of its members'"
@@ -146,11 +174,18 @@ class RenewalScenario(_Section):
     rule: Literal["stale", "reached"] = Field(
         "stale", description="'reached': only when reached or without a route (literal)"
     )
-    reach_m: float = Field(0.5, gt=0.0, description="reached this near to the cell's centre")
-    overdue_factor: float = Field(3.0, ge=1.0, description="overdue after this × straight time …")
-    overdue_steps: int = Field(30, ge=0, description="… plus this many steps")
+    reach_m: float = Field(
+        0.5, gt=0.0, le=1000.0, description="reached this near to the cell's centre"
+    )
+    overdue_factor: float = Field(
+        3.0, ge=1.0, le=1e6, description="overdue after this × straight time …"
+    )
+    overdue_steps: int = Field(30, ge=0, le=1_000_000_000, description="… plus this many steps")
     avoid_steps: int = Field(
-        30, ge=0, description="a given-up destination is avoided by its team for so long"
+        30,
+        ge=0,
+        le=1_000_000_000,
+        description="a given-up destination is avoided by its team for so long",
     )
 
 
@@ -179,3 +214,39 @@ class Scenario(_Section):
     routes: RoutesScenario = RoutesScenario()
     teams: TeamsScenario = TeamsScenario()
     renewal: RenewalScenario = RenewalScenario()
+
+
+def what_is_wrong(error: ValidationError, model: type[BaseModel] = Scenario) -> str:
+    """The first thing that is wrong with a scenario's keys, in one line.
+
+    Args:
+        error: what pydantic says.
+        model: of which model, a scenario or a section of it.
+    """
+    problems = error.errors(include_url=False)
+    first = problems[0]
+    key = ".".join(str(part) for part in first["loc"])
+    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    if first["type"] == "extra_forbidden":
+        section = model
+        for part in first["loc"][:-1]:
+            annotation = section.model_fields[str(part)].annotation
+            assert isinstance(annotation, type)
+            section = annotation
+        name = str(first["loc"][-1])
+        return f"unknown key '{key}': {did_you_mean(name, section.model_fields)}{more}"
+    message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
+    given = first["input"]
+    if first["type"] in ("model_type", "dict_type"):
+        return f"key '{key}' = {reprlib.repr(given)}: it is a section, give its keys{more}"
+    if isinstance(given, dict | BaseModel):
+        return f"section '{key}': {message}{more}" if key else f"{message}{more}"
+    return f"key '{key}' = {_brief(given)}: {message}{more}"
+
+
+def _brief(value: Any) -> str:
+    """A value in a few words: an array's or a frame's repr would fill the screen."""
+    if isinstance(value, str):
+        return repr(value if len(value) <= 100 else f"{value[:100]}…")
+    plain = value is None or isinstance(value, bool | int | float | list | tuple)
+    return reprlib.repr(value) if plain else f"a {type(value).__name__}"

@@ -15,9 +15,9 @@ import tomli_w
 from pydantic import BaseModel, ValidationError
 
 from swarmscout.core.errors import ScenarioError, did_you_mean
-from swarmscout.mission.scenario import Scenario
+from swarmscout.mission.scenario import Scenario, what_is_wrong
 
-__all__ = ["load_scenario", "make_scenario", "named_scenarios", "scenario_toml"]
+__all__ = ["load_scenario", "make_scenario", "named_scenarios", "parse_toml", "scenario_toml"]
 
 
 def named_scenarios() -> tuple[str, ...]:
@@ -28,29 +28,37 @@ def named_scenarios() -> tuple[str, ...]:
     )
 
 
-def load_scenario(what: str | Path, overrides: Mapping[str, Any] | None = None) -> Scenario:
+def load_scenario(
+    what: str | Path,
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    origins: Mapping[str, str] | None = None,
+) -> Scenario:
     """Read a scenario and override some of its keys.
 
     Args:
         what: a name (``paper``), a TOML file, or a run's folder (its ``scenario.toml``).
         overrides: dotted keys to values, as ``{"teams.desired_size": 3}``.
+        origins: where each override was given, for errors, as ``{"robots": "--robots"}``.
 
     Returns:
-        The scenario; a world given as a path relative to the file is made absolute.
+        The scenario; a world or a selector's file that is given as a path relative to the
+        scenario's file is made absolute.
 
     Raises:
         ScenarioError: the file cannot be read, or a key is unknown or has a bad value.
     """
     text, folder, where = _read(what)
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{where} is not valid TOML: {error}") from None
+    data = parse_toml(text, where)
     data.pop("swarmscout", None)  # A run's scenario.toml says here which version wrote it.
-    world = data.get("world")
-    if folder is not None and isinstance(world, str) and (folder / world).exists():
+    world, selector = data.get("world"), data.get("destinations")
+    if folder is not None and isinstance(world, str) and _is_there(folder / world):
         data["world"] = str((folder / world).resolve())
-    return make_scenario(data, overrides, where=where)
+    if folder is not None and isinstance(selector, str):
+        file, colon, name = selector.rpartition(":")
+        if colon and file.endswith(".py") and _is_there(folder / file):
+            data["destinations"] = f"{(folder / file).resolve()}:{name}"
+    return make_scenario(data, overrides, where=where, origins=origins)
 
 
 def make_scenario(
@@ -58,19 +66,50 @@ def make_scenario(
     overrides: Mapping[str, Any] | None = None,
     *,
     where: str = "the scenario",
+    origins: Mapping[str, str] | None = None,
 ) -> Scenario:
     """Build a scenario from nested data, with dotted keys on top.
+
+    Args:
+        data: sections as mappings.
+        overrides: dotted keys to values.
+        where: what the data is called in errors.
+        origins: what each override is called in errors.
 
     Raises:
         ScenarioError: in one line, which key is wrong, what it was, and what would be right.
     """
     merged = {key: dict(v) if isinstance(v, Mapping) else v for key, v in (data or {}).items()}
+    named = {key: (origins or {}).get(key, "override") for key in overrides or {}}
     for dotted, value in (overrides or {}).items():
-        _put(merged, dotted, value)
+        try:
+            _put(merged, dotted, value)
+        except ScenarioError as error:
+            raise ScenarioError(f"{named[dotted]}: {error}") from None
     try:
         return Scenario.model_validate(merged)
     except ValidationError as error:
-        raise ScenarioError(f"{where}: {_explain(error)}") from None
+        wrong = ".".join(str(part) for part in error.errors(include_url=False)[0]["loc"])
+        blamed = next((n for key, n in named.items() if _concerns(key, wrong)), where)
+        raise ScenarioError(f"{blamed}: {what_is_wrong(error)}") from None
+
+
+def parse_toml(text: str, where: str) -> dict[str, Any]:
+    """What a text in TOML says.
+
+    Args:
+        text: the text; a byte order mark before it does not count.
+        where: what it is called in errors.
+
+    Raises:
+        ScenarioError: it is no TOML.
+    """
+    try:
+        return tomllib.loads(text.removeprefix("\ufeff"))
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{where} is not valid TOML: {error}") from None
+    except RecursionError:
+        raise ScenarioError(f"{where} is not valid TOML: too many nested brackets") from None
 
 
 def scenario_toml(scenario: Scenario, header: Mapping[str, Any] | None = None) -> str:
@@ -90,10 +129,15 @@ def _read(what: str | Path) -> tuple[str, Path | None, str]:
     if isinstance(what, str) and what in named_scenarios():
         resource = resources.files("swarmscout.mission") / "scenarios" / f"{what}.toml"
         return resource.read_text(encoding="utf-8"), None, f"scenario '{what}'"
+    if not isinstance(what, str | Path):
+        raise ScenarioError(
+            f"a scenario is given by its name, a TOML file or a run's folder, not by a "
+            f"{type(what).__name__}"
+        )
     path = Path(what)
-    if path.is_dir():
+    if _is_there(path) and path.is_dir():
         path = path / "scenario.toml"
-    if not path.exists():
+    if not _is_there(path):
         if isinstance(what, Path) or path.suffix or len(path.parts) > 1:
             raise ScenarioError(f"scenario file '{path}' does not exist")
         raise ScenarioError(
@@ -105,6 +149,18 @@ def _read(what: str | Path) -> tuple[str, Path | None, str]:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
         raise ScenarioError(f"scenario file '{path}' cannot be read: {reason}") from None
+
+
+def _concerns(given: str, wrong: str) -> bool:
+    """Whether one dotted key is the other, or a part of it."""
+    return f"{given}.".startswith(f"{wrong}.") or f"{wrong}.".startswith(f"{given}.")
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # No path at all: too long, or with a NUL in it.
+        return False
 
 
 def _put(data: dict[str, Any], dotted: str, value: Any) -> None:
@@ -119,24 +175,3 @@ def _put(data: dict[str, Any], dotted: str, value: Any) -> None:
             raise ScenarioError(f"scenario key '{dotted}': '{section}' is not a section")
         data = inner
     data[key] = value
-
-
-def _explain(error: ValidationError) -> str:
-    """The first thing that is wrong, in one line."""
-    problems = error.errors(include_url=False)
-    first = problems[0]
-    key = ".".join(str(part) for part in first["loc"])
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    if first["type"] == "extra_forbidden":
-        section: type[BaseModel] = Scenario
-        for part in first["loc"][:-1]:
-            annotation = section.model_fields[str(part)].annotation
-            assert isinstance(annotation, type)
-            section = annotation
-        name = str(first["loc"][-1])
-        return f"unknown key '{key}': {did_you_mean(name, section.model_fields)}{more}"
-    message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
-    given = first["input"]
-    if isinstance(given, dict | BaseModel):
-        return f"section '{key}': {message}{more}"
-    return f"key '{key}' = {given!r}: {message}{more}"

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.errors import ScenarioError
+from swarmscout.core.errors import ScenarioError, SelectorError
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.streams import stream
 from swarmscout.destinations.deciding import Destinations
-from swarmscout.destinations.registry import make_selector
+from swarmscout.destinations.registry import IN_MEMORY, make_selector
+from swarmscout.destinations.selector import Selector
 from swarmscout.destinations.terrain import CELL_BITS
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mission.scenario import Scenario
@@ -23,6 +25,7 @@ from swarmscout.worlds.placing import place_robots
 from swarmscout.worlds.world import World
 
 __all__ = [
+    "complete",
     "make_bodies",
     "make_destinations",
     "make_frame",
@@ -30,6 +33,37 @@ __all__ = [
     "make_planner",
     "return_reserve",
 ]
+
+
+def complete(scenario: object, seed: int | None, selector: object) -> Scenario:
+    """A scenario with what a mission was given besides.
+
+    Args:
+        scenario: what is run. seed: instead of its own. selector: instead of its ``destinations``.
+
+    Raises:
+        ScenarioError: this is no scenario, or the seed is impossible.
+        SelectorError: the selector is an object of another kind.
+    """
+    if not isinstance(scenario, Scenario):
+        example = f"world={scenario!r}" if isinstance(scenario, str) else "robots=15"
+        raise ScenarioError(
+            f"a Mission is made of a Scenario, not of a {type(scenario).__name__}: "
+            f"Mission(Scenario({example}))"
+        )
+    changes: dict[str, Any] = {} if seed is None else {"seed": seed}
+    if selector is not None:
+        if isinstance(selector, type) or not isinstance(selector, Selector):
+            raise SelectorError(
+                f"selector is {_kind_of(selector)}, expected an object with a method "
+                "choose(view, memory)"
+            )
+        changes |= {"destinations": IN_MEMORY + type(selector).__name__, "selector": {}}
+    return Scenario(**{**scenario.model_dump(), **changes}) if changes else scenario
+
+
+def _kind_of(thing: object) -> str:
+    return f"the class {thing.__name__}" if isinstance(thing, type) else f"a {type(thing).__name__}"
 
 
 def make_frame(world: World, scenario: Scenario) -> GridFrame:
@@ -103,16 +137,23 @@ def make_planner(
     )  # fmt: skip
 
 
-def make_destinations(scenario: Scenario, base: Path | None) -> Destinations:
+def make_destinations(
+    scenario: Scenario, base: Path | None, selector: Selector | None = None
+) -> Destinations:
     """The rule that chooses destinations, and when it is asked.
+
+    Args:
+        scenario: which rule. base: folder for its file. selector: the rule itself, if at hand.
 
     Raises:
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
     """
-    renewal = scenario.renewal
+    renewal, name = scenario.renewal, scenario.destinations
+    file, colon, kind = name.rpartition(":")
     return Destinations(
-        make_selector(scenario.destinations, scenario.selector, base),
-        scenario.destinations,
+        selector or make_selector(name, scenario.selector, base),
+        # Wherever a rule's file lies, records call it by the file's name.
+        f"{Path(file).name}{colon}{kind}" if file.endswith(".py") else name,
         seed=scenario.seed,
         robots=scenario.robots,
         heading_unit_rad=2.0 * math.pi / TICKS,

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.codes import ACTIONS, EVENTS, MODES
+from swarmscout.core.errors import SelectorError
 from swarmscout.core.recorder import Decision, StepRecord
 from swarmscout.recording.tables import CONTACTS, schema_of, words
 
@@ -117,7 +118,7 @@ class Chunk:
             changes = self._changes.put(changes, record.step, record.map_cells, record.map_log_odds)
         if "decisions" in self._tables and record.decisions:
             # Details are written down now: a selector may go on using the mapping it gave.
-            told = [(d, json.dumps(plain(d.details), sort_keys=True)) for d in record.decisions]
+            told = [(d, _json(d)) for d in record.decisions]
             self._decisions[decisions:] = told
             decisions += len(told)
         self._coverage[at:] = [dict(record.coverage)]
@@ -212,7 +213,8 @@ class Chunk:
                 d.frontiers,
                 d.frontier_neighbours,
                 d.obstacle_neighbours,
-                d.reason,
+                # Half a surrogate pair is no text that a file could hold.
+                str(d.reason).encode(errors="replace").decode(),
                 details,
             )
             for d, details in self._decisions[: self._ends[3]]
@@ -241,6 +243,16 @@ class Chunk:
             },
             schema={**schema_of("timing"), **{f"{name}_s": pl.Float64 for name in names}},
         )
+
+
+def _json(decision: Decision) -> str:
+    try:
+        return json.dumps(plain(decision.details), sort_keys=True)
+    except RecursionError:
+        raise SelectorError(
+            f"selector '{decision.selector}' gave details that hold themselves (step "
+            f"{decision.step}, robot {decision.leader}); give plain data"
+        ) from None
 
 
 def _whole_numbers(table: str, rows: _Rows, end: int) -> pl.DataFrame:

@@ -7,25 +7,34 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from swarmscout.core.errors import RunError
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.errors import RunError, SelectorError, WorldError
+from swarmscout.destinations.registry import make_object
+from swarmscout.destinations.selector import Selector
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import make_scenario
 from swarmscout.recording.run import Run
-from swarmscout.recording.run_folder import claim_folder, release_folder
+from swarmscout.recording.run_folder import as_path, claim_folder, release_folder
 from swarmscout.recording.tables import check_level
 from swarmscout.recording.writer import RunWriter
+from swarmscout.worlds.arrays import world_from_array
 from swarmscout.worlds.world import World
 
 __all__ = ["explore", "record_mission"]
 
 
+_DEFAULT = Scenario()
+
+
 def explore(
-    world: str | Path | World = "lava-tube",
-    robots: int = 15,
-    steps: int = 300,
-    destinations: str = "nearest",
-    seed: int = 0,
+    world: str | Path | World | NDArray[np.bool_] = _DEFAULT.world,
+    robots: int = _DEFAULT.robots,
+    steps: int = _DEFAULT.steps,
+    destinations: str | Selector | type[Selector] = _DEFAULT.destinations,
+    seed: int = _DEFAULT.seed,
     *,
     out: str | Path | None = None,
     record: str = "full",
@@ -34,10 +43,13 @@ def explore(
     """Run a mission to its end.
 
     Args:
-        world: a named world, the path of a map, or a :class:`~swarmscout.worlds.world.World`.
+        world: a named world, the path of a map, a :class:`~swarmscout.worlds.world.World`, or an
+            array of booleans [rows, cols]: true where a robot may be, row 0 the lowest, cells of
+            0.1 m.
         robots: N, the number of robots.
         steps: the mission's length.
-        destinations: a selector's name, or ``FILE.py:NAME``.
+        destinations: a selector's name, ``FILE.py:NAME``, or a selector: its class or an object. An
+            object is not kept in the run's folder: such a run cannot be run again from there.
         seed: starts, noise, charge, characters, decisions.
         out: a new or empty folder for the run; None keeps it in memory.
         record: ``full``; ``curves`` (no steps, maps or events); ``summary``.
@@ -56,16 +68,45 @@ def explore(
         >>> run = explore(robots=5, steps=50, seed=1)  # doctest: +SKIP
         >>> run.summary["explored_m2"]  # doctest: +SKIP
     """
+    given = world_from_array(world) if isinstance(world, np.ndarray) else world
+    rule = None if isinstance(destinations, str) else _selector(destinations, more)
     keys: dict[str, Any] = {
-        "world": world.name if isinstance(world, World) else str(world),
+        "world": given.name if isinstance(given, World) else _text("world", given),
         "robots": robots,
         "steps": steps,
-        "destinations": destinations,
+        "destinations": destinations if rule is None else _DEFAULT.destinations,
         "seed": seed,
         **more,
     }
-    given = world if isinstance(world, World) else None
-    return record_mission(make_scenario(keys), out=out, record=record, world=given)
+    scenario = make_scenario(keys)
+    at_hand = given if isinstance(given, World) else None
+    return record_mission(scenario, out=out, record=record, world=at_hand, selector=rule)
+
+
+def _text(name: str, given: object) -> str:
+    if not isinstance(given, str | Path):
+        raise WorldError(
+            f"{name} is a {type(given).__name__}, expected a world's name, the path of a map, a "
+            "World or an array of booleans"
+        )
+    return str(given)
+
+
+def _selector(given: object, more: dict[str, Any]) -> Selector:
+    """A selector out of its class or an object."""
+    if isinstance(given, type):
+        parameters = more.pop("selector", {})
+        return make_object(given, given.__name__, parameters)
+    if more.get("selector"):
+        raise SelectorError(
+            "selector parameters belong to a selector's name or class; this one is made already"
+        )
+    if not isinstance(given, Selector):
+        raise SelectorError(
+            f"destinations is a {type(given).__name__}, expected a selector's name, "
+            "'FILE.py:NAME', or an object with a method choose(view, memory)"
+        )
+    return given
 
 
 def record_mission(
@@ -75,6 +116,7 @@ def record_mission(
     record: str = "full",
     world: World | None = None,
     base: Path | None = None,
+    selector: Selector | None = None,
     on_step: Callable[[Mission], None] | None = None,
 ) -> Run:
     """Run a scenario's mission and record it.
@@ -88,16 +130,17 @@ def record_mission(
         record: the recording level.
         world: the world, when it is not to be loaded by the scenario's name.
         base: folder for relative paths of the scenario, besides the working directory.
+        selector: the rule for destinations, when it is not to be found by the scenario's name.
         on_step: called with the mission after each step.
 
     Raises:
         SwarmscoutError: as :func:`explore`.
     """
     check_level(record)
-    folder = None if out is None else claim_folder(Path(out))
+    folder = None if out is None else claim_folder(as_path(out))
     writer = RunWriter(folder, level=record, whole_world=world is not None)
     try:
-        Mission(scenario, world=world, recorder=writer, base=base).run(on_step)
+        Mission(scenario, world=world, recorder=writer, base=base, selector=selector).run(on_step)
     except BaseException:
         # The reason for breaking off is what matters; that the disk is full was it, perhaps.
         with contextlib.suppress(RunError):

@@ -25,17 +25,30 @@ if TYPE_CHECKING:
 __all__ = ["join_parts", "read_table", "write_part", "write_whole"]
 
 
-def write_whole(path: Path, data: bytes) -> None:
+def write_whole(path: Path, data: bytes, durable: bool = True) -> None:
     """Write a file that appears whole or not at all.
+
+    Args:
+        path: the file. data: what it holds.
+        durable: wait until the disk has it, so that it survives a power cut too. That takes a
+            millisecond or two, too much for the parts of a short mission.
 
     Raises:
         RunError: the disk is full, or the folder cannot be written.
     """
     temporary = path.with_name(path.name + ".tmp")
     try:
+        if path.exists() and not path.is_file():
+            path.write_bytes(data)  # A device such as /dev/stdout is written to, not replaced.
+            return
         temporary.write_bytes(data)
+        if durable:  # Else a power cut may leave the name without the bytes.
+            with temporary.open("r+b") as file:
+                os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
         raise RunError(f"cannot write '{path}': {error.strerror or error}") from error
 
 
@@ -56,7 +69,8 @@ def write_part(folder: Path, table: str, part: int, frame: pl.DataFrame) -> None
         if part == 0:
             with contextlib.suppress(OSError):  # If it cannot be made, the next line says why.
                 parts.mkdir(exist_ok=True)
-        write_whole(parts / f"{table}-{part:06d}.parquet", _parquet(frame))
+        file = parts / f"{table}-{part:06d}.parquet"
+        write_whole(file, _parquet(frame), durable=False)
 
 
 def join_parts(folder: Path, tables: Iterable[str]) -> None:

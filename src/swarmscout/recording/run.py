@@ -21,6 +21,7 @@ from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.recording.kept_world import give_world_back
 from swarmscout.recording.parts import read_table
+from swarmscout.recording.run_folder import as_path
 from swarmscout.recording.tables import FORMAT, LEVELS, empty_table
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ class Run:
         Raises:
             RunError: there is no run, or it is damaged, or a newer version wrote it.
         """
-        folder = Path(path)
+        folder = as_path(path)
         facts = _facts_of(folder)
         summary = _object_in(folder / "summary.json")
         try:
@@ -182,6 +183,8 @@ class Run:
         """
         last = self.last_step
         wanted = last if step is None else step
+        if isinstance(wanted, bool) or not isinstance(wanted, int | np.integer):
+            raise RunError(f"step = {step!r}: expected a whole number, 0 to {last}")
         if not 0 <= wanted <= last:
             raise RunError(f"there is no step {wanted}: the run holds steps 0 to {last}")
         if wanted == last and self.finished:

@@ -9,7 +9,7 @@ from pathlib import Path
 from swarmscout.core.errors import RunError
 from swarmscout.mission.scenario import Scenario
 
-__all__ = ["claim_folder", "claim_next_free", "default_name", "release_folder"]
+__all__ = ["as_path", "claim_folder", "claim_next_free", "default_name", "release_folder"]
 
 
 def default_name(scenario: Scenario) -> str:
@@ -25,6 +25,18 @@ def default_name(scenario: Scenario) -> str:
     selector = scenario.destinations.rpartition(":")[2]
     name = f"{where}-{selector}-n{scenario.robots}-s{scenario.seed}"
     return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")
+
+
+def as_path(folder: object) -> Path:
+    """A run's folder as a path.
+
+    Raises:
+        RunError: it is neither a text nor a path, or an empty text.
+    """
+    if not isinstance(folder, str | Path) or not str(folder):
+        shown = "''" if folder == "" else f"a {type(folder).__name__}"
+        raise RunError(f"a run's folder is given by its path, not by {shown}")
+    return Path(folder).expanduser()
 
 
 def claim_folder(path: Path) -> Path:

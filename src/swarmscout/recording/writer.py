@@ -20,9 +20,10 @@ from swarmscout.core.errors import RunError
 from swarmscout.core.recorder import StepRecord
 from swarmscout.mission.scenario_files import scenario_toml
 from swarmscout.recording.chunk import Chunk, plain
+from swarmscout.recording.kept_selector import keep_selector
 from swarmscout.recording.kept_world import keep_world
 from swarmscout.recording.parts import join_parts, write_part, write_whole
-from swarmscout.recording.run_folder import claim_folder
+from swarmscout.recording.run_folder import as_path, claim_folder
 from swarmscout.recording.tables import FORMAT, LEVELS, PART_STEPS, check_level
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ class RunWriter:
     def __init__(
         self, folder: str | Path | None = None, *, level: str = "full", whole_world: bool = False
     ) -> None:
-        self.folder = None if folder is None else Path(folder)
+        self.folder = None if folder is None else as_path(folder)
         self.level = check_level(level)
         self.last_step = -1
         """The last step that :meth:`record` has taken; -1 before the first."""
@@ -100,6 +101,7 @@ class RunWriter:
             scenario, kept = keep_world(
                 mission.world, mission.scenario, self.folder, whole=self._whole_world
             )
+            scenario = keep_selector(scenario, mission.base, self.folder)
             text = scenario_toml(scenario, _written_by())
             write_whole(self.folder / "scenario.toml", text.encode())
             write_whole(self.folder / "run.json", _json({**self._facts, "world": kept}))

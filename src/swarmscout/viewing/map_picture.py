@@ -7,6 +7,7 @@ green in CHR mode. A destination's cell is surrounded by purple dots (paper, Fig
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,14 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.errors import RunError
 from swarmscout.mapping.log_odds import log_odds_of
 from swarmscout.recording.parts import write_whole
+from swarmscout.recording.run import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
-    from swarmscout.recording.run import Run
 
 __all__ = ["frontier_cells", "labels_at", "map_figure", "map_picture"]
 
@@ -32,6 +35,9 @@ STRANDED_BLUE = "#35608f"
 
 _MARGIN_M = 3.0
 _LONG_SIDE_INCHES = 9.0
+_LEAST_INCHES = 5.5
+_TITLE_INCHES, _LABEL_INCHES = 0.5, 0.6
+_LEGEND_INCHES, _LEGEND_ENTRIES = 1.6, 9
 _DPI = 120
 
 
@@ -53,7 +59,9 @@ def map_picture(run: Run, path: str | Path, step: int | None = None) -> Path:
         >>> map_picture(run, "map.png", step=100)  # doctest: +SKIP
     """
     packed = io.BytesIO()
-    map_figure(run, step).savefig(packed, format="png", dpi=_DPI)
+    map_figure(run, step).savefig(
+        packed, format="png", dpi=_DPI, bbox_inches="tight", pad_inches=0.1
+    )
     file = Path(path)
     write_whole(file, packed.getvalue())
     return file
@@ -70,7 +78,10 @@ def map_figure(run: Run, step: int | None = None) -> Figure:
         RunError: there is no such step, or the map was not recorded.
     """
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
+    if not isinstance(run, Run):
+        raise RunError(f"a map's picture is made of a Run, not of a {type(run).__name__}")
     at = run.last_step if step is None else step
     labels = labels_at(run, at)
     picture = np.array([UNKNOWN_GRAY, FREE_WHITE, OCCUPIED_BLACK])[labels]
@@ -79,17 +90,45 @@ def map_figure(run: Run, step: int | None = None) -> Figure:
     robots = _robots_at(run, at)
     left, right, bottom, top = _window(run, labels, robots)
     longest = max(right - left, top - bottom)
-    width = max(5.0, _LONG_SIDE_INCHES * (right - left) / longest)
-    height = max(3.0, _LONG_SIDE_INCHES * (top - bottom) / longest)
-    figure = Figure(figsize=(width, height + 1.2), layout="constrained")
+    width = max(_LEAST_INCHES, _LONG_SIDE_INCHES * (right - left) / longest)
+    height = max(0.5 * _LEAST_INCHES, _LONG_SIDE_INCHES * (top - bottom) / longest)
+    # The legend's rows lie below the map, on paper of their own.
+    columns = max(3, int(width / _LEGEND_INCHES))
+    below = _LABEL_INCHES + 0.25 * -(-_LEGEND_ENTRIES // columns)
+    figure = Figure(figsize=(width + _LABEL_INCHES, height + below + _TITLE_INCHES))
+    figure.set_layout_engine("constrained")
     axes = figure.add_subplot(facecolor=UNKNOWN_GRAY)
     axes.imshow(picture, origin="lower", extent=run.frame.extent, interpolation="nearest")
     points_per_m = 72.0 * min(width / (right - left), height / (top - bottom))
     _draw_swarm(axes, run, robots, points_per_m)
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    axes.set_title(_title(run, at))
-    figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize="small")
+    axes.set_anchor("S")
+    axes.set_title(_title(run, at), fontsize="medium")
+    signs = [*_map_signs(), *axes.get_legend_handles_labels()[0]]
+    legend = figure.legend(
+        handles=signs, loc="outside lower center", ncols=columns, frameon=False, fontsize="small",
+        columnspacing=1.4, handletextpad=0.6,
+    )  # fmt: skip
+    for sign in legend.legend_handles:
+        if isinstance(sign, Line2D):
+            sign.set_markersize(min(sign.get_markersize(), 9.0))  # Rows of text are no higher.
     return figure
+
+
+def _map_signs() -> list[Patch]:
+    """What the map's colours mean, for the legend."""
+    from matplotlib.patches import Patch
+
+    colours = (
+        ("unknown", UNKNOWN_GRAY),
+        ("free", FREE_WHITE),
+        ("wall", OCCUPIED_BLACK),
+        ("frontier", FRONTIER_GREEN),
+    )
+    return [
+        Patch(facecolor=colour, edgecolor="black", linewidth=0.5, label=label)
+        for label, colour in colours
+    ]
 
 
 def labels_at(run: Run, step: int | None = None) -> NDArray[np.uint8]:
@@ -204,9 +243,15 @@ def _ring_of_dots() -> Any:
 
 
 def _title(run: Run, step: int) -> str:
-    """Step, explored area if it is on record, and N."""
+    """World, number of robots and rule; below them step, and explored area if it is on record."""
     from swarmscout.recording.tables import LEVELS
 
+    count = run.scenario.robots
+    facts = run.facts.get("world")
+    world = facts.get("name") if isinstance(facts, Mapping) else None
+    # A file's path is too long for a title.
+    rule = Path(run.scenario.destinations).name
+    heads = [_brief(str(world or run.scenario.world)), f"{count} robot{'' if count == 1 else 's'}"]
     words = [f"step {step}"]
     if "coverage" in LEVELS[run.level]:
         rows = run.coverage
@@ -214,4 +259,9 @@ def _title(run: Run, step: int) -> str:
         words.append(f"{explored:.0f} m² explored")
     elif run.summary is not None:
         words.append(f"{run.summary['explored_m2']:.0f} m² explored")
-    return " · ".join([*words, f"N = {run.scenario.robots}"])
+    return " · ".join([*heads, _brief(rule)]) + "\n" + " · ".join(words)
+
+
+def _brief(name: str) -> str:
+    """A name that fits into a title; ``$`` would start a formula."""
+    return (name if len(name) <= 30 else f"{name[:29]}…").replace("$", r"\$")

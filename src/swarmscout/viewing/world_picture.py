@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.errors import WorldError
+from swarmscout.core.errors import RunError, WorldError
+from swarmscout.recording.parts import write_whole
 from swarmscout.worlds.placing import place_robots, place_stations
 from swarmscout.worlds.reach import reachable
 from swarmscout.worlds.starts import start_of
@@ -60,9 +61,11 @@ def world_picture(world: World, path: str | Path, robots: int = 15, dpi: int = _
     figure.savefig(packed, format=form, dpi=dpi)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(packed.getvalue())
+        write_whole(file, packed.getvalue())
     except OSError as error:
         raise WorldError(f"cannot write '{file}': {error.strerror or error}") from None
+    except RunError as error:
+        raise WorldError(str(error)) from None
     return file
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -99,6 +100,10 @@ def load_world(
         _refuse(f"world '{what.name}'", "a world in memory", seed=seed, cell_m=cell_m)
         _refuse(f"world '{what.name}'", "a world in memory", resolution_m=resolution_m)
         world = what
+    elif not isinstance(what, str | Path):
+        raise WorldError(
+            f"a world is given by its name or the path of a map, not by a {type(what).__name__}"
+        )
     elif str(what) in NAMED_TUBES:
         world = _named(str(what), seed, resolution_m, cell_m)
     else:
@@ -121,8 +126,9 @@ def _find(what: str | Path, base: Path | None) -> Path:
     given = Path(what).expanduser()
     tried = [given] if base is None or given.is_absolute() else [base / given, given]
     for path in tried:
-        if path.exists():
-            return path
+        with suppress(OSError, ValueError):  # No path at all: too long, or with a NUL in it.
+            if path.exists():
+                return path
     if given.suffix or len(given.parts) > 1:
         places = " and ".join(f"'{path.absolute()}'" for path in dict.fromkeys(tried))
         raise WorldError(f"world '{what}' does not exist: looked for {places}")

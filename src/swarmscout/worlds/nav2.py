@@ -42,8 +42,7 @@ def load_nav2(path: Path, resolution_m: float | None) -> World:
     """
     keys = _read(path)
     cell_m = _number(path, keys, "resolution")
-    if cell_m <= 0.0:
-        raise WorldError(f"map '{path}': resolution = {cell_m:g}, expected metres above 0")
+    check_length(f"map '{path}': resolution", cell_m)
     origin = _origin(path, keys)
     image = keys["image"]
     if not isinstance(image, str) or not image:
@@ -67,6 +66,8 @@ def _read(path: Path) -> Mapping[str, Any]:
         raise WorldError(f"cannot read the map '{path}': {error.strerror or error}") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
+        if isinstance(error, RecursionError):
+            why = "too many nested brackets"
         raise WorldError(f"map '{path}' is no YAML: {why[:160]}") from None
     if not isinstance(keys, dict):
         raise WorldError(f"map '{path}' is no nav2 map: expected keys {', '.join(_KEYS)}")
@@ -79,14 +80,24 @@ def _read(path: Path) -> Mapping[str, Any]:
 
 
 def _number(path: Path, keys: Mapping[str, Any], key: str) -> float:
-    value = keys[key]
+    value = _as_number(keys[key])
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise WorldError(f"map '{path}': {key} = {value!r}, expected a finite number")
     return float(value)
 
 
+def _as_number(value: Any) -> Any:
+    """A number that YAML 1.1 takes for a text, as ``1e-2`` without a dot; anything else stays."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
+
+
 def _origin(path: Path, keys: Mapping[str, Any]) -> tuple[float, float]:
     given = keys["origin"]
+    if isinstance(given, list):
+        given = [_as_number(part) for part in given]
     numbers = isinstance(given, list) and all(
         isinstance(part, int | float) and not isinstance(part, bool) and math.isfinite(part)
         for part in given

@@ -14,6 +14,9 @@ __all__ = ["FINEST_CELLS", "refined", "resampled"]
 FINEST_CELLS = 64_000_000
 """A raster with more cells than this is taken for a mistake: 800 m × 800 m at 0.1 m."""
 _COARSEST_M = 0.1
+_LONGEST_M = 1e6
+FINEST_M = 0.005
+"""Finer cells are taken for a mistake in the unit: a robot would cover thousands of them."""
 
 
 def resampled(free: NDArray[np.uint8], cell_m: float, resolution_m: float) -> NDArray[np.uint8]:
@@ -71,13 +74,18 @@ def refined(
 
 
 def check_length(name: str, metres: float) -> None:
-    """Complain about an edge that is no positive, finite length.
+    """Complain about an edge that is no finite length, or too short for a raster cell.
 
     Raises:
-        WorldError: always with the name and the value.
+        WorldError: with the name, the value and what would be right.
     """
-    if not (isinstance(metres, int | float) and math.isfinite(metres) and metres > 0.0):
+    if not (isinstance(metres, int | float) and 0.0 < metres <= _LONGEST_M):
         raise WorldError(f"{name} = {metres}: expected metres above 0, for example 0.05")
+    if metres < FINEST_M:
+        raise WorldError(
+            f"{name} = {metres:g}: cells that small are not supported (a robot would be "
+            f"{0.3 / metres:,.0f} of them wide): expected at least {FINEST_M:g} m, for example 0.05"
+        )
 
 
 def check_size(shape: tuple[int, ...], why: str) -> None:
@@ -87,7 +95,7 @@ def check_size(shape: tuple[int, ...], why: str) -> None:
         WorldError: with the size and what asked for it.
     """
     if math.prod(shape) > FINEST_CELLS:
-        size = " × ".join(str(length) for length in shape)
+        size = " × ".join(f"{length:,}" for length in shape)
         raise WorldError(
             f"{why}: a raster of {size} cells is too large (limit {FINEST_CELLS:,} cells); "
             "take coarser or fewer cells"

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 
 __all__ = ["World"]
@@ -40,13 +41,13 @@ class World:
     """
 
     name: str
-    free: NDArray[np.uint8]
+    free: NDArray[np.uint8] = field(repr=False)
     resolution_m: float
     origin_m: tuple[float, float] = (0.0, 0.0)
     start_m: tuple[float, float] | None = None
     stations_m: NDArray[np.float64] | None = None
-    ground_m: NDArray[np.float32] | None = None
-    ceiling_m: NDArray[np.float32] | None = None
+    ground_m: NDArray[np.float32] | None = field(default=None, repr=False)
+    ceiling_m: NDArray[np.float32] | None = field(default=None, repr=False)
     source: Mapping[str, Any] = field(default_factory=dict)
     derived: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
@@ -54,6 +55,9 @@ class World:
         """Freeze the raster and take places as floats: a world does not change.
 
         What else may be wrong with a world made by hand, ``check_world`` says.
+
+        Raises:
+            WorldError: a place or the resolution is no number.
         """
         free = np.asarray(self.free)
         if free.dtype == np.uint8 or free.dtype == np.bool_:
@@ -65,8 +69,19 @@ class World:
         for name in ("origin_m", "start_m"):
             place = getattr(self, name)
             if place is not None:
-                object.__setattr__(self, name, tuple(float(part) for part in place))
-        object.__setattr__(self, "resolution_m", float(self.resolution_m))
+                object.__setattr__(self, name, self._numbers(name, place, 2))
+        (resolution_m,) = self._numbers("resolution_m", (self.resolution_m,), 1)
+        object.__setattr__(self, "resolution_m", resolution_m)
+
+    def _numbers(self, name: str, given: Any, count: int) -> tuple[float, ...]:
+        try:
+            numbers = tuple(float(part) for part in given)
+        except (TypeError, ValueError):
+            numbers = ()
+        if len(numbers) != count:
+            expected, shown = ("x, y in metres", given) if count == 2 else ("metres", *given)
+            raise WorldError(f"world '{self.name}': {name} = {shown!r}: expected {expected}")
+        return numbers
 
     def __getstate__(self) -> dict[str, Any]:
         """What a copy in another process needs: not what can be derived again."""
