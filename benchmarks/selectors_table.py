@@ -31,7 +31,7 @@ from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.minds.view import LeaderView
 
 BEGIN, END = "<!-- tables begin -->", "<!-- tables end -->"
-SECTIONS = ("Explored area", "Cost", "Other starts and team sizes")
+SECTIONS = ("Explored area", "Cost", "Other starts and team sizes", "Members that fan out")
 NAMES = ("lava-tube", "lava-tube-braided", "lava-tube-wide", "lava-maze")
 WORLD_SEEDS = (0, 1, 2, 3)
 AT_STEPS = (100, 200, 300)
@@ -49,6 +49,7 @@ class Case:
     selector: str
     start: str = "one-place"
     team_size: int = 5
+    members: str = "shared"
     world_seeds: tuple[int, ...] = (0,)
 
 
@@ -65,7 +66,7 @@ def areas(job: tuple[Case, str, int, int]) -> list[list[float]]:
                 "start": case.start,
                 "destinations": case.selector,
                 "seed": seed,
-                "teams": {"desired_size": case.team_size},
+                "teams": {"desired_size": case.team_size, "members": case.members},
             }
         )
         curve = [0.0]
@@ -208,6 +209,34 @@ def settings_table(seeds: int, jobs: int) -> Iterator[str]:
         yield f"| `{name}` | " + " | ".join(cells) + " |"
 
 
+def fan_table(seeds: int, jobs: int) -> Iterator[str]:
+    """Members that fan out beside members that share a destination, rule by rule."""
+    settings = [("one-place", 5), ("one-place", 3), ("one-place", 8), ("spread", 5)]
+    cases = [
+        Case(name, start, size, members)
+        for name in selectors()
+        for start, size in settings
+        for members in ("shared", "fan")
+    ]
+    found = measure(cases, seeds, jobs)
+    yield (
+        f"`teams.members=fan`: area in m² after {AT_STEPS[-1]} steps (from one place with teams of "
+        f"5 also after {AT_STEPS[0]}), and times the same rule with `shared`; world seed 0 of the "
+        f"same worlds, {len(NAMES) * seeds} missions a cell."
+    )
+    yield ""
+    heads = [f"{start}, teams of {size}" for start, size in settings]
+    heads.insert(0, f"{heads[0]}, step {AT_STEPS[0]}")
+    yield "| selector | " + " | ".join(heads) + " |"
+    yield "|---|" + "---:|" * len(heads)
+    for name in selectors():
+        cells = []
+        for column, at in [(0, 0), *((c, -1) for c in range(len(settings)))]:
+            fan, shared = (found[Case(name, *settings[column], m)] for m in ("fan", "shared"))
+            cells.append(f"{fan[:, at].mean():.0f}: {with_interval(fan[:, at] / shared[:, at])}")
+        yield f"| `{name}` | " + " | ".join(cells) + " |"
+
+
 def cost_table(repeats: int) -> Iterator[str]:
     """Decision time per call, and a step's time."""
     found = costs(repeats)
@@ -254,7 +283,8 @@ def main() -> None:
     makers = (
         lambda: main_table(seeds, jobs),
         lambda: cost_table(arguments.repeats),
-        lambda: settings_table(seeds // 2, jobs),
+        lambda: settings_table(seeds, jobs),
+        lambda: fan_table(seeds, jobs),
     )
     for title, make in zip(SECTIONS, makers, strict=True):
         if arguments.only in (None, title):

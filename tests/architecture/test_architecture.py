@@ -53,6 +53,8 @@ for name in selectors():
     fly(destinations=name)
 fly(destinations="nearest", start="spread", teams={"leave_rule": "general", "position": "center"})
 fly(links=lambda step: np.eye(6, k=step % 3, dtype=bool))
+fly(teams={"members": "fan", "fan_m": 3})
+fly(links=lambda step: np.ones((6, 6), dtype=bool), teams={"members": "fan"})
 fly(
     body={"position_noise_m": 0.1, "heading_noise_deg": 5.0, "turn_deg": 30, "radius_m": 0.2},
     map={"frontier_neighbours": 4, "cell_m": 1}, routes={"cost": "probability"},

@@ -24,7 +24,11 @@ def assert_same(a: np.ndarray, b: np.ndarray, what: str) -> None:
 
 
 @pytest.mark.parametrize("destinations", ["quantile", "nearest"])
-@pytest.mark.parametrize("scenario", [{}, LITERAL], ids=["paper", "paper-literal"])
+@pytest.mark.parametrize(
+    "scenario",
+    [{}, LITERAL, {"teams": {"members": "fan"}}],
+    ids=["paper", "paper-literal", "fan"],
+)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_same_mission_step_by_step(
     seed: int, scenario: dict[str, Any], destinations: str

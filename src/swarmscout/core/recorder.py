@@ -70,6 +70,7 @@ class StepRecord:
         leader: int64[N] robot indices.
         desired: int64[N] desired team sizes.
         destination: int64[N] flat map cells, or -1.
+        target: int64[N], the cells that robots drive to themselves: see ``teams.members``.
         events: int64[k, 4] rows of (kind, robot, other, value), see ``core.codes``.
         map_cells: int64[m] flat map cells whose log-odds, as read, changed in the step (of the
             map that the swarm as a whole has).
@@ -90,6 +91,7 @@ class StepRecord:
     leader: NDArray[np.int64]
     desired: NDArray[np.int64]
     destination: NDArray[np.int64]
+    target: NDArray[np.int64]
     events: NDArray[np.int64]
     map_cells: NDArray[np.int64]
     map_log_odds: NDArray[np.int64]

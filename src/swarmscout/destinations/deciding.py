@@ -19,6 +19,7 @@ from swarmscout.core.blame import told
 from swarmscout.core.codes import CAUSES, CHARGE
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.recorder import Decision
+from swarmscout.destinations.fanning import fan_out
 from swarmscout.destinations.features import Features, Frontiers, Scratch
 from swarmscout.destinations.renewal import due_step, find_stale, share_destinations
 from swarmscout.destinations.selector import Choice, Selector
@@ -31,6 +32,7 @@ from swarmscout.minds.minds import (
     NEEDS,
     SIZE,
     STEP,
+    TARGET,
     TEAM,
     Minds,
 )
@@ -65,6 +67,7 @@ class Destinations:
         overdue: tuple[float, int],
         avoid_steps: int,
         team_position: str,
+        fan: tuple[float, float] | None,
     ) -> None:
         self.selector = selector
         self.name = name
@@ -78,6 +81,8 @@ class Destinations:
         self._overdue = overdue
         self._avoid_steps = avoid_steps
         self._centre = team_position == "center"
+        self._fan = fan
+        self._fan_scratch = np.zeros((2, robots), dtype=np.int64)
         self._scratch: Scratch | None = None
 
     def decide(
@@ -127,8 +132,30 @@ class Destinations:
             for view in views:
                 decisions.append(self._apply(view, self._ask(view), minds))
         share_destinations(minds.state, minds.sending, links, minds.listeners == 1)
+        minds.state[:, TARGET] = minds.state[:, DESTINATION]
+        if self._fan is not None:
+            self._fan_out(minds, grids, links, step, *self._fan)
         self.seconds = perf_counter() - started
         return decisions
+
+    def _fan_out(
+        self,
+        minds: Minds,
+        grids: OccupancyGrids,
+        links: NDArray[np.bool_],
+        step: int,
+        fan_m: float,
+        apart_m: float,
+    ) -> None:
+        frame = grids.frame
+        cells = np.empty((2 * int(fan_m / frame.cell_m) + 1) ** 2, dtype=np.int64)
+        members, targets = self._fan_scratch
+        fan_out(
+            minds.state, minds.sending, links, minds.heard_state, minds.heard_reading,
+            grids.status, FRONTIER, cells, members, targets,
+            frame.origin_x_m, frame.origin_y_m, frame.cell_m, frame.rows, frame.columns,
+            self._reach_m, fan_m, apart_m, step,
+        )  # fmt: skip
 
     def _ask(self, view: LeaderView) -> Choice:
         try:

@@ -25,6 +25,7 @@ __all__ = [
     "PICK",
     "SIZE",
     "STEP",
+    "TARGET",
     "TEAM",
     "Minds",
     "blank_minds",
@@ -39,10 +40,11 @@ SIZE = 4  # members of the team, as the robot knows
 DESIRED = 5  # desired team size
 PICK = 6  # a leader's partner for joining: a robot of the other team, or -1
 DESTINATION = 7  # flat cell of the map, or -1
-BEACON = 8
-NEEDS = 8  # private: why a new destination is needed, a code of CAUSES
-DUE_AT = 9  # private: the step after which the destination is overdue
-COLUMNS = 10
+TARGET = 8  # flat cell that the robot itself drives to: the destination, or one near it; or -1
+BEACON = 9
+NEEDS = 9  # private: why a new destination is needed, a code of CAUSES
+DUE_AT = 10  # private: the step after which the destination is overdue
+COLUMNS = 11
 
 
 @dataclass(slots=True)
@@ -50,10 +52,10 @@ class Minds:
     """What N robots believe.
 
     Attributes:
-        state: int64[N, 10], columns above.
+        state: int64[N, 11], columns above.
         reading: float64[N, 4], own believed x_m, y_m, heading in ticks, and charge as a share.
         sending: bool[N], False for a robot whose charge is gone: it says and decides nothing.
-        heard_state: int64[K, N, 8], the last beacon heard of each robot, for each listener.
+        heard_state: int64[K, N, 9], the last beacon heard of each robot, for each listener.
         heard_reading: float64[K, N, 4], the reading in it.
         still: int64[K, N], for how many steps a robot has not moved, as far as is known.
         avoided: int64[N, 32, 2], cells that the robot's team gave up, and until which step.
@@ -108,6 +110,11 @@ class Minds:
         """int64[N], flat cells or -1."""
         return self.state[:, DESTINATION]
 
+    @property
+    def target(self) -> NDArray[np.int64]:
+        """int64[N], flat cells that robots drive to themselves, or -1."""
+        return self.state[:, TARGET]
+
 
 def blank_minds(robots: int, *, shared: bool) -> Minds:
     """N robots that are alone, explore, and have heard nothing.
@@ -125,6 +132,7 @@ def blank_minds(robots: int, *, shared: bool) -> Minds:
     state[:, DESIRED] = 1
     state[:, PICK] = -1
     state[:, DESTINATION] = -1
+    state[:, TARGET] = -1
     heard = np.full((listeners, robots, BEACON), -1, dtype=np.int64)
     return Minds(
         state=state,

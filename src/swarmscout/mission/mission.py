@@ -316,6 +316,7 @@ class Mission:
             leader=minds.leader,
             desired=minds.desired,
             destination=minds.destination,
+            target=minds.target,
             events=self.events[: self._count[0]],
             map_cells=cells,
             map_log_odds=log_odds,

@@ -166,6 +166,15 @@ class TeamsScenario(_Section):
     position: Literal["leader", "center"] = Field(
         "leader", description="a team's position: its leader's, or the mean of its members'"
     )
+    members: Literal["shared", "fan"] = Field(
+        "shared", description="'fan': members take different frontier cells near the destination"
+    )
+    fan_m: float = Field(
+        4.0, ge=0.0, le=100.0, description="with 'fan', targets lie this near to the destination …"
+    )
+    fan_apart_m: float = Field(
+        1.0, ge=0.0, le=100.0, description="… and at least so far from each other"
+    )
 
 
 class RenewalScenario(_Section):

@@ -163,6 +163,9 @@ def make_destinations(
         overdue=(renewal.overdue_factor, renewal.overdue_steps),
         avoid_steps=renewal.avoid_steps,
         team_position=scenario.teams.position,
+        fan=(scenario.teams.fan_m, scenario.teams.fan_apart_m)
+        if scenario.teams.members == "fan"
+        else None,
     )
 
 

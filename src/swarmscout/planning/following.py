@@ -16,7 +16,7 @@ import math
 
 from swarmscout.core.codes import CHARGE, FORWARD, LEFT, NO_CONTACT, RIGHT, STOP
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.minds.minds import DESTINATION, MODE
+from swarmscout.minds.minds import MODE, TARGET
 from swarmscout.planning.route_table import (
     AHEAD,
     AT,
@@ -130,7 +130,7 @@ def find_needs(  # type: ignore[no-untyped-def]
         row = min(rows - 1, max(0, int(math.floor((reading[i, 1] - oy) / cell_m))))
         col = min(columns - 1, max(0, int(math.floor((reading[i, 0] - ox) / cell_m))))
         at_cell[i] = row * columns + col
-        wanted = STATION if state[i, MODE] == CHARGE else state[i, DESTINATION]
+        wanted = STATION if state[i, MODE] == CHARGE else state[i, TARGET]
         plan[i, WANTED] = wanted
         if wanted == NOWHERE:
             plan[i, GOAL] = NOWHERE

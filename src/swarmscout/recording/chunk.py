@@ -80,7 +80,7 @@ class Chunk:
         self._codes = np.empty((3, rows, robots), dtype=np.uint8)
         self._alive = np.empty((rows, robots), dtype=np.bool_)
         self._team = np.empty((rows, robots), dtype=np.int64)
-        self._small = np.empty((3, rows, robots), dtype=np.int32)
+        self._small = np.empty((4, rows, robots), dtype=np.int32)
         self._events = _Rows(5)
         self._changes = _Rows(3)
         self._decisions: list[tuple[Decision, str]] = []
@@ -112,6 +112,7 @@ class Chunk:
             self._small[0, at] = record.leader
             self._small[1, at] = record.desired
             self._small[2, at] = record.destination
+            self._small[3, at] = record.target
         if "events" in self._tables and len(record.events):
             events = self._events.put(events, record.step, *record.events.T)
         if "map_changes" in self._tables and len(record.map_cells):
@@ -161,7 +162,7 @@ class Chunk:
 
         n = self.length
         codes = self._codes[:, :n].reshape(3, -1)
-        small = self._small[:, :n].reshape(3, -1)
+        small = self._small[:, :n].reshape(4, -1)
         pose = self._pose[:n].reshape(-1, 3)
         return pl.DataFrame(
             {
@@ -179,6 +180,7 @@ class Chunk:
                 "leader": small[0].copy(),
                 "desired": small[1].copy(),
                 "destination": small[2].copy(),
+                "target": small[3].copy(),
             },
             schema=schema_of("steps"),
         )

@@ -87,6 +87,7 @@ def schema_of(table: str) -> dict[str, Any]:
             "leader": pl.Int32,
             "desired": pl.Int32,
             "destination": pl.Int32,
+            "target": pl.Int32,
         }
     if table == "map_changes":
         return {"step": pl.Int32, "cell": pl.Int32, "log_odds": pl.Int32}
