@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import os
 import pty
 from collections.abc import Callable
@@ -10,7 +11,8 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from swarmscout import Run
+from swarmscout import Run, Scenario, explore, load_scenario
+from swarmscout.destinations.registry import RECOMMENDED
 
 Command = Callable[..., tuple[int, str, str]]
 
@@ -96,6 +98,14 @@ def test_a_run_folder_is_a_scenario(command: Command) -> None:
     assert command("explore", "x", "--out", "y", "--no-picture")[0] == 0
     assert Run.open("y").steps.equals(Run.open("x").steps)
     assert Path("y/scenario.toml").read_bytes() == Path("x/scenario.toml").read_bytes()
+
+
+def test_where_nothing_is_said_the_recommended_rule_decides(command: Command) -> None:
+    words = ("--steps", "5", "--out", "x", "--record", "summary", "--no-picture")
+    assert command("explore", *words)[0] == 0
+    assert Run.open("x").scenario == Scenario(destinations=RECOMMENDED, steps=5)
+    assert inspect.signature(explore).parameters["destinations"].default == RECOMMENDED
+    assert Scenario().destinations == load_scenario("paper").destinations == "quantile"
 
 
 @pytest.mark.parametrize("name", ["paper", "paper-literal"])

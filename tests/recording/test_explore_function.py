@@ -26,7 +26,7 @@ class First:
 def test_the_scenario_s_defaults_are_the_function_s() -> None:
     default = ss.Scenario()
     for name, parameter in inspect.signature(ss.explore).parameters.items():
-        if name in ("world", "robots", "steps", "destinations", "seed"):
+        if name in ("world", "robots", "steps", "seed"):
             assert parameter.default == getattr(default, name)
 
 

@@ -17,7 +17,7 @@ __all__ = ["explore"]
 
 
 def explore(
-    scenario: str = "paper",
+    scenario: str = "default",
     /,
     *,
     world: str | None = None,
@@ -37,7 +37,7 @@ def explore(
     """Run a mission: progress, a summary, a run folder, a picture of the final map.
 
     Args:
-        scenario: a scenario file, paper, paper-literal, or a run's folder (runs it again).
+        scenario: a scenario file, default, paper, paper-literal, or a run's folder (runs it again).
         world: a named world, a map's file, or a world folder.
         start: robots start round the stations, or all over the world.
         robots: number of robots.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, SelectorError, WorldError
-from swarmscout.destinations.registry import make_object
+from swarmscout.destinations.registry import RECOMMENDED, make_object
 from swarmscout.destinations.selector import Selector
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
@@ -33,7 +33,7 @@ def explore(
     world: str | Path | World | NDArray[np.bool_] = _DEFAULT.world,
     robots: int = _DEFAULT.robots,
     steps: int = _DEFAULT.steps,
-    destinations: str | Selector | type[Selector] = _DEFAULT.destinations,
+    destinations: str | Selector | type[Selector] = RECOMMENDED,
     seed: int = _DEFAULT.seed,
     *,
     out: str | Path | None = None,
@@ -48,8 +48,9 @@ def explore(
             0.1 m.
         robots: N, the number of robots.
         steps: the mission's length.
-        destinations: a selector's name, ``FILE.py:NAME``, or a selector: its class or an object. An
-            object is not kept in the run's folder: such a run cannot be run again from there.
+        destinations: a selector's name (by default the recommended one; the paper's is
+            ``quantile``), ``FILE.py:NAME``, or a selector: its class or an object. An object is not
+            kept in the run's folder: such a run cannot be run again from there.
         seed: starts, noise, charge, characters, decisions.
         out: a new or empty folder for the run; None keeps it in memory.
         record: ``full``; ``curves`` (no steps, maps or events); ``summary``.
