@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import swarmscout as ss
+from swarmscout.destinations.registry import RECOMMENDED
 from swarmscout.destinations.selector import Choice
 
 
@@ -34,7 +35,7 @@ def test_exploring_in_memory() -> None:
     run = ss.explore(robots=4, steps=30, seed=3, teams={"desired_size": 2})
     assert run.path is None
     assert run.scenario.teams.desired_size == 2
-    assert run.scenario.destinations == ss.Scenario().destinations
+    assert run.scenario.destinations == RECOMMENDED
     assert run.coverage["explored_m2"][-1] > 0
     assert run.coverage.height == 31
 
