@@ -42,3 +42,32 @@ def test_it_serves_until_it_is_interrupted(start, command, here):
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=20) == 0
         assert process.stderr.read() == ""
+
+
+def test_explore_shows_a_mission_while_it_runs(start):
+    words = ("--robots", "3", "--steps", "40", "--pace", "30", "--no-picture", "--out", "r")
+    with start("explore", *words, "--view", "--port", "0", "--no-browser") as process:
+        url = process.stdout.readline().removeprefix("page: ").split()[0]
+        told = b""
+        with urllib.request.urlopen(f"{url}run/0/data") as answer:
+            assert answer.read()[:2] == b"\x1f\x8b"
+        with urllib.request.urlopen(f"{url}run/0/live?from=5") as answer:
+            for line in answer:
+                told += line
+        assert told.count(b"event: block") >= 2
+        assert b"event: end" in told
+        for line in process.stdout:
+            if line.startswith("page: "):
+                break
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) == 0
+
+
+def test_a_mission_that_cannot_begin_leaves_no_page_and_no_folder(command, here):
+    told = command("explore", "--world", "nowhere.yaml", "--view", "--no-browser", "--out", "r")
+    assert told[0] == 2
+    assert "nowhere.yaml" in told[2]
+    assert not (here / "r").exists()
+    told = command("explore", "--view", "--pace", "0", "--no-browser", "--out", "r")
+    assert told[0] == 2
+    assert "--pace 0" in told[2]

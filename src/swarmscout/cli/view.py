@@ -20,7 +20,7 @@ def view(
     *,
     export: Annotated[Path | None, Parameter(metavar="FILE.html")] = None,
     host: str = "127.0.0.1",
-    port: int = 8642,
+    port: int | None = None,
     browser: bool = True,
 ) -> int:
     """Show a mission in the browser, two side by side, or write it into one HTML file.
@@ -30,7 +30,7 @@ def view(
         other: another run's folder, to be shown beside it, in step.
         export: write the page and all its data into this one file instead of serving it.
         host: the address to listen on; the default lets nobody in but this machine.
-        port: the port to listen on; 0 takes any free one.
+        port: the port to listen on; by default 8642, or any free one if that is taken.
         browser: open the page in the default browser.
     """
     from swarmscout.recording.run import Run

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from swarmscout.core.errors import RunError
+from swarmscout.core.recorder import Recorder, StepRecord
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import make_scenario
@@ -76,6 +77,7 @@ def record_mission(
     world: World | None = None,
     base: Path | None = None,
     on_step: Callable[[Mission], None] | None = None,
+    watchers: Sequence[Recorder] = (),
 ) -> Run:
     """Run a scenario's mission and record it.
 
@@ -89,6 +91,7 @@ def record_mission(
         world: the world, when it is not to be loaded by the scenario's name.
         base: folder for relative paths of the scenario, besides the working directory.
         on_step: called with the mission after each step.
+        watchers: further recorders, for example one that shows the mission while it runs.
 
     Raises:
         SwarmscoutError: as :func:`explore`.
@@ -97,7 +100,8 @@ def record_mission(
     folder = None if out is None else claim_folder(Path(out))
     writer = RunWriter(folder, level=record, whole_world=world is not None)
     try:
-        Mission(scenario, world=world, recorder=writer, base=base).run(on_step)
+        recorder = _All([writer, *watchers]) if watchers else writer
+        Mission(scenario, world=world, recorder=recorder, base=base).run(on_step)
     except BaseException:
         # The reason for breaking off is what matters; that the disk is full was it, perhaps.
         with contextlib.suppress(RunError):
@@ -106,3 +110,22 @@ def record_mission(
             release_folder(folder)
         raise
     return writer.run()
+
+
+class _All:
+    """Several recorders as one; the writer is the first and knows a step before anybody sees it."""
+
+    def __init__(self, recorders: Sequence[Recorder]) -> None:
+        self._recorders = recorders
+
+    def begin(self, mission: Mission) -> None:
+        for recorder in self._recorders:
+            recorder.begin(mission)
+
+    def record(self, record: StepRecord) -> None:
+        for recorder in self._recorders:
+            recorder.record(record)
+
+    def end(self, summary: Mapping[str, Any]) -> None:
+        for recorder in self._recorders:
+            recorder.end(summary)

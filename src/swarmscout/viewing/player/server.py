@@ -24,6 +24,7 @@ from swarmscout.viewing.player.page import PAGE_FILES, file_bytes, served_policy
 
 __all__ = ["PlayerServer", "Recorded", "Source"]
 
+USUAL_PORT = 8642
 SECONDS_BETWEEN_NEWS = 0.1
 SECONDS_TO_READ = 20.0
 """A browser that takes nothing for so long is let go; it asks again when it wakes up."""
@@ -75,7 +76,7 @@ class PlayerServer:
     Args:
         sources: one mission, or two side by side.
         host: the address to bind.
-        port: the port; 0 for any free one.
+        port: the port, 0 for any free one; None for the usual one, or a free one if it is taken.
 
     Attributes:
         url: where the page is.
@@ -85,9 +86,9 @@ class PlayerServer:
     """
 
     def __init__(
-        self, sources: Sequence[Source], host: str = "127.0.0.1", port: int = 8642
+        self, sources: Sequence[Source], host: str = "127.0.0.1", port: int | None = None
     ) -> None:
-        self._server = _listening(host, port)
+        self._server = _usual_or_free(host) if port is None else _listening(host, port)
         self._server.sources = list(sources)
         self._server.names = {host.lower(), "localhost"}
         bound = self._server.server_address[1]
@@ -133,6 +134,13 @@ class _Server6(_Server):
     import socket as _socket
 
     address_family = _socket.AF_INET6
+
+
+def _usual_or_free(host: str) -> _Server:
+    try:
+        return _listening(host, USUAL_PORT)
+    except ViewError:
+        return _listening(host, 0)
 
 
 def _listening(host: str, port: int) -> _Server:
