@@ -10,7 +10,8 @@ import sys
 import pytest
 
 COMMANDS = [
-    [], ["explore"], ["worlds"], ["worlds", "list"], ["worlds", "show"],
+    [], ["explore"], ["view"], ["figures"], ["video"],
+    ["worlds"], ["worlds", "list"], ["worlds", "show"],
     ["worlds", "import"], ["worlds", "generate"], ["list"], ["list", "selectors"],
     ["list", "policies"], ["list", "worlds"], ["warm"], ["doctor"],
 ]  # fmt: skip
@@ -40,7 +41,7 @@ def test_every_command_has_its_line() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "swarmscout", "--help"], capture_output=True, text=True, check=True
     )
-    for name in ("explore", "worlds", "list", "warm", "doctor"):
+    for name in ("explore", "view", "figures", "video", "worlds", "list", "warm", "doctor"):
         line = next(line for line in done.stdout.splitlines() if f" {name} " in line)
         assert len(line.strip("│ ").split()) > 3
 

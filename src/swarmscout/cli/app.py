@@ -34,6 +34,9 @@ app = App(
 )
 _COMMANDS = {
     "explore": ("explore:explore", "Run a mission: progress, summary, run folder, picture."),
+    "view": ("view:view", "Show a recorded mission in the browser, or make one file of it."),
+    "figures": ("figures:figures", "Draw figures of a recorded mission, for print."),
+    "video": ("video:video", "Make a film of a recorded mission."),
     "worlds": ("worlds:app", "List, show, import and generate worlds."),
     "list": ("lists:app", "What there is to choose from: selectors, policies, worlds."),
     "warm": ("warm:warm", "Compile every kernel now, so that no mission waits for it."),

@@ -33,6 +33,11 @@ def explore(
     out: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     record: Literal["full", "curves", "summary"] = "full",
     picture: bool = True,
+    view: bool = False,
+    pace: Annotated[float | None, Parameter(metavar="STEPS/S")] = None,
+    host: str = "127.0.0.1",
+    port: int | None = None,
+    browser: bool = True,
 ) -> int:
     """Run a mission: progress, a summary, a run folder, a picture of the final map.
 
@@ -48,11 +53,17 @@ def explore(
         out: a new folder for the run; by default one in runs/ that is named after the mission.
         record: full; curves leaves out steps, maps and events; summary leaves out all tables.
         picture: draw the final map into the run's folder as map.png.
+        view: show the mission in the browser while it runs, and until Ctrl-C.
+        pace: with --view, run no faster than so many steps per second.
+        host: with --view, the address to listen on; the default lets nobody in but this machine.
+        port: with --view, the port; by default 8642, or any free one if that is taken.
+        browser: with --view, open the page in the default browser.
     """
     from swarmscout.cli.compiling import say_if_compiling
     from swarmscout.cli.interrupts import Interrupted, between_steps
     from swarmscout.cli.progress import Progress
     from swarmscout.cli.summary import summary_lines
+    from swarmscout.cli.watching import watching
     from swarmscout.core.errors import ScenarioError, SwarmscoutError
     from swarmscout.mission.scenario_files import load_scenario
     from swarmscout.recording.run_folder import release_folder
@@ -75,7 +86,10 @@ def explore(
         overrides[key], origins[key] = value, "--set"
     chosen = load_scenario(scenario, overrides, origins=origins)
     folder = _claim(chosen, out)
+    page = None
     try:
+        if view:
+            page = watching(folder.name, host=host, port=port, browser=browser, pace=pace)
         from swarmscout.recording.explore import record_mission
 
         say_if_compiling()
@@ -84,19 +98,28 @@ def explore(
             def on_step(mission: Any) -> None:
                 progress.show(mission)
                 check()
+                if page is not None:
+                    page.keep_pace()
 
-            run = record_mission(chosen, out=folder, record=record, on_step=on_step)
+            run = record_mission(
+                chosen, out=folder, record=record, on_step=on_step,
+                watchers=[] if page is None else [page.live],
+            )  # fmt: skip
     except Interrupted as stopped:
         raise Interrupted(stopped.signal, f"{stopped}{_kept(folder)}") from None
     except SwarmscoutError as error:
         raise type(error)(f"{error}{_kept(folder)}") from error
     finally:
         release_folder(folder)  # Only if nothing was written into it.
+        if page is not None:
+            page.close_unless_over()
     for line in summary_lines(run):
         print(line)
     print(f"run: {folder}")
     if picture:
         print(f"picture: {_draw(run, folder)}")
+    if page is not None:
+        page.stay()
     return 0
 
 

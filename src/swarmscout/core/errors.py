@@ -4,7 +4,8 @@
 ├── ``ScenarioError``   a scenario key is unknown, of a wrong type or impossible
 ├── ``WorldError``      a world cannot be loaded, generated or used
 ├── ``SelectorError``   a selector is unknown, cannot be loaded, or answered wrongly
-└── ``RunError``        a run folder cannot be written or read
+├── ``RunError``        a run folder cannot be written or read
+└── ``ViewError``       a mission cannot be shown: a port, a file's name, a missing program
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ __all__ = [
     "ScenarioError",
     "SelectorError",
     "SwarmscoutError",
+    "ViewError",
     "WorldError",
     "did_you_mean",
 ]
@@ -40,6 +42,10 @@ class SelectorError(SwarmscoutError):
 
 class RunError(SwarmscoutError):
     """A run folder cannot be written or read."""
+
+
+class ViewError(SwarmscoutError):
+    """A mission cannot be shown as asked."""
 
 
 def did_you_mean(given: str, known: Iterable[str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, SelectorError, WorldError
+from swarmscout.core.recorder import Recorder, StepRecord
 from swarmscout.destinations.registry import RECOMMENDED, make_object
 from swarmscout.destinations.selector import Selector
 from swarmscout.mission.mission import Mission
@@ -119,6 +120,7 @@ def record_mission(
     base: Path | None = None,
     selector: Selector | None = None,
     on_step: Callable[[Mission], None] | None = None,
+    watchers: Sequence[Recorder] = (),
 ) -> Run:
     """Run a scenario's mission and record it.
 
@@ -133,6 +135,7 @@ def record_mission(
         base: folder for relative paths of the scenario, besides the working directory.
         selector: the rule for destinations, when it is not to be found by the scenario's name.
         on_step: called with the mission after each step.
+        watchers: further recorders, for example one that shows the mission while it runs.
 
     Raises:
         SwarmscoutError: as :func:`explore`.
@@ -141,7 +144,8 @@ def record_mission(
     folder = None if out is None else claim_folder(as_path(out))
     writer = RunWriter(folder, level=record, whole_world=world is not None)
     try:
-        Mission(scenario, world=world, recorder=writer, base=base, selector=selector).run(on_step)
+        recorder = _All([writer, *watchers]) if watchers else writer
+        Mission(scenario, world=world, recorder=recorder, base=base, selector=selector).run(on_step)
     except BaseException:
         # The reason for breaking off is what matters; that the disk is full was it, perhaps.
         with contextlib.suppress(RunError):
@@ -150,3 +154,22 @@ def record_mission(
             release_folder(folder)
         raise
     return writer.run()
+
+
+class _All:
+    """Several recorders as one; the writer is the first and knows a step before anybody sees it."""
+
+    def __init__(self, recorders: Sequence[Recorder]) -> None:
+        self._recorders = recorders
+
+    def begin(self, mission: Mission) -> None:
+        for recorder in self._recorders:
+            recorder.begin(mission)
+
+    def record(self, record: StepRecord) -> None:
+        for recorder in self._recorders:
+            recorder.record(record)
+
+    def end(self, summary: Mapping[str, Any]) -> None:
+        for recorder in self._recorders:
+            recorder.end(summary)

@@ -1,0 +1,45 @@
+"""``swarmscout figures``: figures of a mission, for print."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+__all__ = ["figures"]
+
+
+def figures(
+    run: Path,
+    /,
+    *,
+    only: Annotated[
+        tuple[str, ...], Parameter(negative=(), metavar="NAME", show_default=False)
+    ] = (),
+    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
+    format: Literal["png", "svg", "pdf"] = "png",
+    step: int | None = None,
+    dpi: int = 200,
+) -> int:
+    """Draw the paper's kinds of figure from a mission.
+
+    They are sensor-fan, team-map, growing-map, explored-area, cave and cave-and-map.
+
+    Args:
+        run: a run's folder, of a finished mission or of a killed one.
+        only: draw this figure only; may be repeated.
+        out: folder for the figures; by default figures/ in the run's folder.
+        format: png, svg or pdf.
+        step: the moment to show; by default the last.
+        dpi: dots per inch.
+    """
+    from swarmscout.recording.run import Run
+    from swarmscout.viewing.figures.making import FIGURES, make_figures
+
+    opened = Run.open(run)
+    folder = run / "figures" if out is None else out
+    names = only or tuple(FIGURES)
+    for file in make_figures(opened, folder, names=names, form=format, step=step, dpi=dpi):
+        print(f"figure: {file}")
+    return 0

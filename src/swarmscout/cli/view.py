@@ -1,0 +1,56 @@
+"""``swarmscout view``: a recorded mission in the browser, or as one file to share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from swarmscout.recording.run import Run
+
+__all__ = ["view"]
+
+
+def view(
+    run: Path,
+    other: Path | None = None,
+    /,
+    *,
+    export: Annotated[Path | None, Parameter(metavar="FILE.html")] = None,
+    host: str = "127.0.0.1",
+    port: int | None = None,
+    browser: bool = True,
+) -> int:
+    """Show a mission in the browser, two side by side, or write it into one HTML file.
+
+    Args:
+        run: a run's folder, of a finished mission or of a killed one.
+        other: another run's folder, to be shown beside it, in step.
+        export: write the page and all its data into this one file instead of serving it.
+        host: the address to listen on; the default lets nobody in but this machine.
+        port: the port to listen on; by default 8642, or any free one if that is taken.
+        browser: open the page in the default browser.
+    """
+    from swarmscout.recording.run import Run
+    from swarmscout.viewing.player.recorded import player_data
+
+    runs = [Run.open(folder) for folder in (run, other) if folder is not None]
+    if export is not None:
+        return _export(runs, export)
+    from swarmscout.cli.serving import serve_until_interrupted
+    from swarmscout.viewing.player.server import PlayerServer, Recorded
+
+    sources = [Recorded(player_data(one)) for one in runs]
+    with PlayerServer(sources, host, port) as server:
+        serve_until_interrupted(server, browser=browser)
+    return 0
+
+
+def _export(runs: list[Run], file: Path) -> int:
+    from swarmscout.viewing.player.export import export_page
+
+    size = export_page(runs, file).stat().st_size
+    print(f"page: {file} ({size / 1e6:.1f} MB; it needs nothing else, send it as it is)")
+    return 0

@@ -1,0 +1,1 @@
+"""Figures for print: the paper's kinds of picture, of any run."""

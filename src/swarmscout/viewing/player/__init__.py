@@ -1,0 +1,1 @@
+"""The player: a mission in the browser, live, replayed, or as one file to share."""

@@ -1,0 +1,158 @@
+"""A running mission as a source of the player: a recorder that remembers what the page needs.
+
+A step costs the mission a dozen small copies; whatever is made of them is made by the thread of the
+browser that asks. Memory: 30 bytes per robot and step, whether anybody looks or not.
+"""
+
+from __future__ import annotations
+
+import gzip
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.recorder import Decision, StepRecord
+from swarmscout.recording.chunk import plain
+from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, robot_columns
+from swarmscout.viewing.player.recorded import mission_packet
+
+__all__ = ["LiveMission"]
+
+MOST_STEPS = 500
+"""Steps in one piece of news at most."""
+
+
+@dataclass(slots=True)
+class _Step:
+    columns: dict[str, NDArray[Any]]
+    team: NDArray[np.int64]
+    map_cells: NDArray[np.int32]
+    map_log_odds: NDArray[np.int16]
+    events: NDArray[np.int64]
+    decisions: list[Decision]
+    coverage: Mapping[str, float | int]
+
+
+class LiveMission:
+    """Shows a mission while it runs; give it to the mission as a recorder.
+
+    Args:
+        name: what the page calls the run.
+
+    Example:
+        >>> live = LiveMission("mine")
+        >>> mission = Mission(Scenario(robots=15), recorder=live)  # doctest: +SKIP
+        >>> with PlayerServer([live]) as server:  # doctest: +SKIP
+        ...     print(server.url)
+        ...     mission.run()
+    """
+
+    live = True
+
+    def __init__(self, name: str = "mission") -> None:
+        self.name = name
+        self._head = b""
+        self._columns = 0
+        self._steps: list[_Step] = []
+        self._ending: dict[str, Any] | None = None
+        self._came = threading.Condition()
+
+    def begin(self, mission: Any) -> None:
+        """Take what does not change."""
+        self._columns = mission.frame.columns
+        self._head = mission_packet(
+            self.name, mission.scenario, mission.world, mission.frame, mission.stations_m, {}
+        )
+
+    def record(self, record: StepRecord) -> None:
+        """Take a step."""
+        pose = record.pose
+        columns = robot_columns(
+            pose[:, 0], pose[:, 1], pose[:, 2], record.charge, record.mode, record.action,
+            record.contact, record.alive, record.leader, record.desired, record.destination,
+        )  # fmt: skip
+        step = _Step(
+            columns=columns,
+            team=record.team.copy(),
+            map_cells=record.map_cells.astype(np.int32),
+            map_log_odds=record.map_log_odds.astype(np.int16),
+            events=np.insert(record.events, 0, record.step, axis=1),
+            decisions=record.decisions,
+            coverage=dict(record.coverage),
+        )
+        with self._came:
+            self._steps.append(step)
+            self._came.notify_all()
+
+    def end(self, summary: Mapping[str, Any]) -> None:
+        """The mission is over."""
+        self._finish({"finished": True, "summary": plain(summary), **_reason(summary)})
+
+    def broken_off(self) -> None:
+        """The mission will not go on."""
+        self._finish({"finished": False, "end_reason": "broken off"})
+
+    def _finish(self, ending: dict[str, Any]) -> None:
+        with self._came:
+            self._ending = ending
+            self._came.notify_all()
+
+    def data(self) -> bytes:
+        """Everything so far, gzipped packets.
+
+        Before the mission has begun this waits for its first step.
+        """
+        with self._came:
+            self._came.wait_for(lambda: self._steps or self._ending is not None)
+            steps = self._steps[:]
+        history = pack_block(self._block(0, steps)) if steps else b""
+        # Loopback is fast: little effort, for the mission wants the processor too.
+        return gzip.compress(self._head + history, compresslevel=1, mtime=0)
+
+    def news(self, first: int, wait_s: float) -> tuple[bytes, int]:
+        """The steps from `first` on as a packet, and the step after them; b"" if none came."""
+        with self._came:
+            self._came.wait_for(
+                lambda: len(self._steps) > first or self._ending is not None, timeout=wait_s
+            )
+            steps = self._steps[first : first + MOST_STEPS]
+        if not steps:
+            return b"", first
+        return pack_block(self._block(first, steps)), first + len(steps)
+
+    def ending(self) -> dict[str, Any] | None:
+        """What there is to say at the end of the mission, or None while it runs."""
+        return self._ending
+
+    def _block(self, first: int, steps: Sequence[_Step]) -> Block:
+        return Block(
+            first=first,
+            columns={
+                name: np.stack([step.columns[name] for step in steps]) for name in ROBOT_COLUMNS
+            },
+            team=np.stack([step.team for step in steps]),
+            map_counts=np.array([len(step.map_cells) for step in steps]),
+            map_cells=np.concatenate([step.map_cells for step in steps]),
+            map_log_odds=np.concatenate([step.map_log_odds for step in steps]),
+            events=np.concatenate([step.events for step in steps]),
+            decisions=[self._row(decision) for step in steps for decision in step.decisions],
+            coverage={
+                name: np.array([step.coverage[name] for step in steps], dtype=np.float64)
+                for name in steps[0].coverage
+            },
+        )
+
+    def _row(self, decision: Decision) -> dict[str, Any]:
+        """A decision as the table ``decisions`` has it."""
+        row: dict[str, Any] = plain(asdict(decision))
+        if decision.cell is not None:
+            row["cell"] = decision.cell[0] * self._columns + decision.cell[1]
+        return row
+
+
+def _reason(summary: Mapping[str, Any]) -> dict[str, Any]:
+    return {"end_reason": summary["end_reason"]} if "end_reason" in summary else {}

@@ -1,0 +1,160 @@
+// Curves over the steps: explored area, charge, teams; a second run as a ghost; a cursor at the step.
+
+/* global uPlot */
+
+const CHARTS = [
+  { key: "explored", title: "explored area (m²)", height: 1.35, series: ["explored_m2"] },
+  { key: "charge", title: "charge: mean and least (%)", height: 1, series: ["mean", "least"] },
+  { key: "teams", title: "teams · charging", height: 1, series: ["teams", "charging"] },
+];
+
+export class Curves {
+  /** @param go called with a step when somebody points at one. */
+  constructor(box, missions, go) {
+    this.box = box;
+    this.missions = missions;
+    this.go = go;
+    this.charge = missions.map(() => ({ mean: [], least: [] }));
+    this.step = 0;
+    this.plots = [];
+    new ResizeObserver(() => this.#fit()).observe(box);
+  }
+
+  /** Make the charts anew, in a theme's colours. */
+  dress(theme) {
+    this.theme = theme;
+    for (const plot of this.plots) plot.destroy();
+    this.box.replaceChildren();
+    this.plots = CHARTS.map((chart) => this.#make(chart));
+    this.#fit();
+  }
+
+  /** Take in the steps that came since. */
+  update() {
+    this.plots.forEach((plot, i) => plot.setData(this.#data(CHARTS[i])));
+  }
+
+  moveTo(step) {
+    if (step === this.step) return;
+    this.step = step;
+    for (const plot of this.plots) plot.redraw(false);
+  }
+
+  #values(k, name) {
+    const mission = this.missions[k];
+    if (name !== "mean" && name !== "least") return mission.coverage[name] ?? [];
+    const charge = this.charge[k];
+    const { charge: all, state } = mission.columns;
+    for (let s = charge.mean.length; s < mission.steps; s++) {
+      let [sum, count, least] = [0, 0, 1000];
+      for (let i = s * mission.robots; i < (s + 1) * mission.robots; i++) {
+        if (!((state[i] >> 5) & 1)) continue; // A stranded robot's charge says nothing any more.
+        sum += all[i];
+        count++;
+        least = Math.min(least, all[i]);
+      }
+      charge.mean.push(count ? sum / count / 10 : null);
+      charge.least.push(count ? least / 10 : null);
+    }
+    return charge[name];
+  }
+
+  #data(chart) {
+    const length = Math.max(...this.missions.map((mission) => mission.steps));
+    const steps = Array.from({ length }, (_, i) => i);
+    const rows = [];
+    this.missions.forEach((_, k) => {
+      for (const name of chart.series) {
+        const values = this.#values(k, name);
+        rows.push(steps.map((i) => values[i] ?? null));
+      }
+    });
+    return [steps, ...rows];
+  }
+
+  #make(chart) {
+    const theme = this.theme;
+    const colours = [chart.key === "explored" ? theme.curve : chart.key === "charge" ? theme.second : theme.third, theme.second];
+    const series = [{}];
+    this.missions.forEach((_, k) => {
+      chart.series.forEach((name, i) => {
+        const second = i > 0;
+        series.push({
+          label: name, stroke: k ? theme.ghost : colours[chart.key === "charge" ? 0 : i],
+          width: second ? 1 : 1.8, dash: k ? [5, 4] : second ? [2, 3] : undefined, points: { show: false },
+        });
+      });
+    });
+    const figure = document.createElement("figure");
+    const caption = document.createElement("figcaption");
+    caption.textContent = chart.title;
+    const value = document.createElement("output");
+    caption.append(value);
+    figure.append(caption);
+    this.box.append(figure);
+    const axis = {
+      stroke: theme.muted, font: "11px system-ui, sans-serif", grid: { stroke: theme.grid, width: 1 },
+      ticks: { show: false },
+    };
+    const options = {
+      width: 300, height: 90, legend: { show: false }, padding: [6, 10, 0, 0],
+      cursor: { y: false, points: { show: false }, drag: { setScale: false, x: false } },
+      scales: { x: { time: false }, y: { range: (_, __, high) => [0, high > 0 ? high * 1.08 : 1] } },
+      axes: [
+        { ...axis, size: 20, gap: 2, space: 60 },
+        { ...axis, size: 44, gap: 3, space: 26 },
+      ],
+      series,
+      hooks: {
+        draw: [(plot) => this.#drawCursor(plot, chart, value)],
+        ready: [(plot) => this.#listen(plot)],
+      },
+    };
+    return new uPlot(options, this.#data(chart), figure);
+  }
+
+  #drawCursor(plot, chart, output) {
+    const { ctx, bbox } = plot;
+    const x = Math.round(plot.valToPos(this.step, "x", true));
+    ctx.save();
+    ctx.strokeStyle = this.theme.text;
+    ctx.setLineDash([]);
+    ctx.globalAlpha = 0.65;
+    ctx.lineWidth = Math.max(1, Math.round(window.devicePixelRatio));
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.restore();
+    const numbers = this.missions.flatMap((_, k) =>
+      chart.series.map((name) => this.#values(k, name)[this.step]),
+    );
+    output.textContent = numbers.map((number) => (number == null ? "–" : Math.round(number))).join(" · ");
+  }
+
+  #listen(plot) {
+    const seek = (event) => {
+      const step = Math.round(plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x"));
+      this.go(Math.max(0, step));
+    };
+    plot.over.addEventListener("pointerdown", (event) => {
+      plot.over.setPointerCapture(event.pointerId);
+      seek(event);
+    });
+    plot.over.addEventListener("pointermove", (event) => event.buttons && seek(event));
+  }
+
+  #fit() {
+    if (!this.plots.length) return;
+    const style = getComputedStyle(this.box);
+    const width = this.box.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight);
+    const height = this.box.clientHeight - parseFloat(style.paddingTop) - parseFloat(style.paddingBottom);
+    if (width < 40) return;
+    const sum = CHARTS.reduce((total, chart) => total + chart.height, 0);
+    const captions = 18 * CHARTS.length;
+    this.plots.forEach((plot, i) => {
+      const share = (Math.max(150, height - captions - 4) * CHARTS[i].height) / sum;
+      plot.setSize({ width: Math.floor(width), height: Math.floor(share) });
+    });
+  }
+}

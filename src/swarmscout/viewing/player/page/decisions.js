@@ -1,0 +1,124 @@
+// Who chose what, and why. Everything here was written by selectors, some by language models: it is
+// put on the page as text, never as markup.
+
+const SHOWN = 80;
+/** Columns that stand in a row's first lines, or that say what the page shows anyway. */
+const HEADLINE = new Set(["step", "leader", "cause", "selector", "reason", "cell", "x_m", "y_m", "team"]);
+
+export class Decisions {
+  /** @param choose called with a robot when somebody asks for its decision. */
+  constructor(list, note, mission, choose) {
+    this.list = list;
+    this.note = note;
+    this.mission = mission;
+    this.choose = choose;
+    this.open = new Set(); // rows that are unfolded
+    this.shown = "";
+  }
+
+  /** Show the decisions up to a step, newest first; of one robot's team only if one is selected. */
+  update(step, robots, selected, onlySelected) {
+    const all = this.mission.decisions;
+    const end = countUpTo(all, step);
+    const leader = onlySelected && robots[selected] ? robots[selected].leader : null;
+    const key = `${end} ${leader} ${selected} ${this.open.size}`;
+    if (key === this.shown) return;
+    this.shown = key;
+    const rows = [];
+    for (let i = end - 1; i >= 0 && rows.length < SHOWN; i--) {
+      if (leader === null || all[i].leader === leader || all[i].leader === selected) rows.push(i);
+    }
+    this.note.textContent = rows.length
+      ? `${end} so far${leader === null ? "" : `, those of robots ${[...new Set([leader, selected])].join(" and ")}`}`
+      : "none yet";
+    this.list.replaceChildren(...rows.map((i) => this.#row(i)));
+  }
+
+  #row(i) {
+    const row = this.mission.decisions[i];
+    const item = element("li");
+    const head = element("button", { type: "button", class: "decision" });
+    head.setAttribute("aria-expanded", this.open.has(i));
+    const where = row.cell == null ? "nothing to choose" : `→ ${number(row.x_m)}, ${number(row.y_m)} m`;
+    head.append(
+      element("span", { class: "when" }, `${row.step}`),
+      element("span", { class: "who" }, `robot ${row.leader}`),
+      element("span", { class: "where" }, where),
+      element("span", { class: "why" }, cut(`${row.cause}${row.reason ? ` · ${row.reason}` : ""}`, 160)),
+    );
+    head.addEventListener("click", () => {
+      if (this.open.has(i)) this.open.delete(i);
+      else this.open.add(i);
+      this.choose(row.leader);
+      item.replaceWith(this.#row(i));
+    });
+    item.append(head);
+    if (this.open.has(i)) item.append(details(row));
+    return item;
+  }
+}
+
+/** How many rows, in order of steps, belong to a step or an earlier one. */
+function countUpTo(rows, step) {
+  let [low, high] = [0, rows.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (rows[middle].step <= step) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** Everything that is known of a decision: what the page knows first, then whatever else there is. */
+function details(row) {
+  const list = element("dl");
+  if (row.reason) put(list, "reason", row.reason);
+  put(list, "cause", row.cause);
+  put(list, "selector", row.selector);
+  for (const [name, value] of Object.entries(row)) {
+    if (!HEADLINE.has(name) && name !== "details") put(list, name.replaceAll("_", " "), value);
+  }
+  const more = row.details;
+  if (more && typeof more === "object") {
+    for (const [name, value] of Object.entries(more)) put(list, name.replaceAll("_", " "), value);
+  } else if (more && more !== "{}") put(list, "details", more);
+  return list;
+}
+
+function put(list, name, value) {
+  if (value === null || value === undefined || value === "") return;
+  list.append(element("dt", {}, name));
+  const told = element("dd");
+  if (Array.isArray(value) && value.length && value.every((inner) => inner && typeof inner === "object")) {
+    // Attempts and the like: one group of facts after the other.
+    value.forEach((inner, i) => {
+      const group = element("details");
+      group.append(element("summary", {}, `${i + 1} of ${value.length}`));
+      const facts = element("dl");
+      for (const [key, fact] of Object.entries(inner)) put(facts, key.replaceAll("_", " "), fact);
+      group.append(facts);
+      told.append(group);
+    });
+  } else {
+    const text = typeof value === "number" ? number(value) : typeof value === "string" ? value : JSON.stringify(value);
+    const long = text.length > 120 || text.includes("\n");
+    told.append(long ? element("pre", { tabindex: "0" }, text) : text);
+  }
+  list.append(told);
+}
+
+export function element(name, attributes = {}, text = null) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  if (text !== null) made.textContent = text;
+  return made;
+}
+
+export function number(value) {
+  if (typeof value !== "number") return String(value);
+  return Number.isInteger(value) ? String(value) : value.toFixed(2);
+}
+
+function cut(text, longest) {
+  return text.length > longest ? `${text.slice(0, longest)} …` : text;
+}

@@ -1,0 +1,266 @@
+// Puts the page together: missions, views, panels, and whatever a person does.
+
+import { Clock, SPEEDS } from "./clock.js";
+import { THEMES } from "./colours.js";
+import { Curves } from "./curves.js";
+import { Decisions } from "./decisions.js";
+import { MapView } from "./map.js";
+import { hearPointer, savePicture } from "./pointing.js";
+import { hasWebGL2, SceneView } from "./scene.js";
+import { listen, loadMissions } from "./sources.js";
+import { element } from "./decisions.js";
+import { aboutRobot, aboutRun, toldState } from "./telling.js";
+import { teamsOf } from "./teams.js";
+import { Timeline } from "./timeline.js";
+import { hearKeys, readLink, writeLink } from "./typing.js";
+
+const $ = (id) => document.getElementById(id);
+
+class Player {
+  constructor(loaded) {
+    this.missions = loaded.map(({ mission }) => mission);
+    this.mission = this.missions[0];
+    this.look = { dark: true, byTeam: false, selected: -1, theme: THEMES.dark };
+    this.following = false;
+    this.drawn = 0; // frames, for those who measure
+    this.clock = new Clock(() => this.refresh());
+    this.clock.last = this.#last();
+    const redraw = () => this.refresh();
+    this.maps = this.missions.map((mission, k) => new MapView(this.#pane("maps", k, 1), mission, redraw));
+    this.scenes = [];
+    if (hasWebGL2()) {
+      this.scenes = this.missions.map((mission, k) => new SceneView(this.#pane("scenes", k, 2), mission, redraw));
+      this.#tieCameras();
+    } else {
+      document.body.classList.add("no3d");
+      $("scenes").append(element("p", { class: "pane message" },
+        "This browser has no WebGL2, so the 3D view is left out; map, curves and decisions are all here. " +
+        "Usually WebGL2 can be switched on in the browser's settings for graphics acceleration."));
+    }
+    this.curves = new Curves($("curves"), this.missions, (step) => this.clock.goTo(step));
+    this.decisions = new Decisions($("decisions"), $("note"), this.mission, (robot) => this.select(robot));
+    this.timeline = new Timeline($("line"), this.mission, this.clock);
+    for (const view of [...this.maps, ...this.scenes]) {
+      hearPointer(this, view);
+      view.box.addEventListener("moved", () => this.follow(false));
+    }
+    this.#hearButtons();
+    hearKeys(this);
+    loaded.forEach(({ mission, live }) => live && this.#hear(mission, live));
+    document.title = `${this.mission.facts.name} · swarmscout`;
+    $("title").textContent = this.missions.map((mission) => mission.facts.name).join(" | ");
+    $("facts").textContent = aboutRun(this.mission, this.missions.length);
+    this.setTheme(window.matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark");
+    this.fit(false);
+    this.open(readLink());
+    window.addEventListener("hashchange", () => this.open(readLink()));
+  }
+
+  #pane(where, k, canvases) {
+    const box = element("div", { class: "pane" });
+    for (let i = 0; i < canvases; i++) box.append(element("canvas"));
+    const names = this.missions.length > 1 ? `${"AB"[k]}: ${this.missions[k].facts.name}` : "";
+    if (names) box.append(element("p", { class: "name" }, names));
+    $(where).append(box);
+    return box;
+  }
+
+  /** Two missions are seen through the same eyes. */
+  #tieCameras() {
+    if (this.scenes.length < 2) return;
+    const [a, b] = this.scenes;
+    let busy = false;
+    for (const [from, to] of [[a, b], [b, a]]) {
+      from.controls.addEventListener("change", () => {
+        if (busy) return;
+        busy = true;
+        to.copyCamera(from);
+        busy = false;
+      });
+    }
+  }
+
+  #last() {
+    return Math.max(...this.missions.map((mission) => mission.last));
+  }
+
+  /** Follow a mission that is still running. */
+  #hear(mission, live) {
+    $("live").hidden = false;
+    this.clock.atEnd = true;
+    this.clock.extend(this.#last());
+    let due = 0;
+    listen(live, mission, () => {
+      this.clock.extend(this.#last());
+      if (performance.now() < due) return;
+      due = performance.now() + 400;
+      this.curves.update();
+      const untouched = ![...this.scenes, ...this.maps].some((view) => view.touched || view.moved);
+      if (untouched && this.mission.steps > 1.25 * this.fittedSteps) this.fit(this.whole);
+    }, (state) => {
+      $("state").textContent = toldState(state, mission);
+      if (state === "finished") {
+        $("live").hidden = true;
+        this.curves.update();
+        this.refresh();
+      }
+    });
+  }
+
+  #hearButtons() {
+    const on = (id, what) => $(id).addEventListener("click", what);
+    on("play", () => this.clock.play());
+    on("back", () => this.move(-1));
+    on("forth", () => this.move(1));
+    on("fit", () => this.fit(!this.whole));
+    on("colour", () => this.colourByTeam(!this.look.byTeam));
+    on("follow", () => this.follow(!this.following));
+    on("png", () => savePicture(this));
+    on("theme", () => this.setTheme(this.look.dark ? "light" : "dark"));
+    on("help", () => $("keys").showModal());
+    on("live", () => this.stayAtEnd());
+    for (const button of document.querySelectorAll("nav .group button")) {
+      button.addEventListener("click", () => this.setView(button.dataset.view));
+    }
+    for (const speed of SPEEDS) $("speed").append(element("option", { value: speed }, `${speed} steps/s`));
+    $("speed").addEventListener("change", (event) => {
+      this.clock.speed = Number(event.target.value);
+      this.refresh();
+    });
+    $("pick").max = this.mission.robots - 1;
+    $("pick").addEventListener("input", (event) => {
+      const robot = event.target.value === "" ? -1 : Number(event.target.value);
+      this.select(robot < this.mission.robots ? robot : -1, true);
+    });
+    $("only").addEventListener("change", () => this.refresh());
+  }
+
+  /** Show what a link asks for. */
+  open({ step, robot, view, theme, team }) {
+    if (theme in THEMES) this.setTheme(theme);
+    this.setView(["3d", "map", "both"].includes(view) ? view : document.body.dataset.view);
+    if (team) this.colourByTeam(true);
+    if (Number.isInteger(robot) && robot >= 0 && robot < this.mission.robots) this.select(robot);
+    if (Number.isFinite(step)) this.clock.goTo(step);
+    this.refresh();
+  }
+
+  move(steps) {
+    this.clock.play(false);
+    this.clock.goTo(this.clock.step + steps);
+  }
+
+  stayAtEnd() {
+    this.clock.play(false);
+    this.clock.atEnd = true;
+    this.clock.extend(this.#last());
+  }
+
+  select(robot, typed = false) {
+    this.look.selected = robot;
+    if (robot < 0) this.follow(false);
+    if (!typed) $("pick").value = robot < 0 ? "" : robot;
+    this.refresh();
+  }
+
+  follow(on) {
+    this.following = on && this.look.selected >= 0;
+    for (const scene of this.scenes) scene.following = false;
+    $("follow").setAttribute("aria-pressed", this.following);
+    this.refresh();
+  }
+
+  fit(whole) {
+    this.whole = whole;
+    $("fit").textContent = whole ? "Explored" : "Whole";
+    // Two missions are seen at the same scale.
+    const windows = this.missions.map((mission) => (whole ? mission.wholeWindow() : mission.seenWindow()));
+    const all = [0, 1, 2, 3].map((i) => Math[i < 2 ? "min" : "max"](...windows.map((window) => window[i])));
+    for (const view of [...this.scenes, ...this.maps]) view.fit(all);
+    this.fittedSteps = this.mission.steps;
+    if (this.scenes.length > 1) this.scenes[1].copyCamera(this.scenes[0]);
+  }
+
+  colourByTeam(on) {
+    this.look.byTeam = on;
+    $("colour").textContent = on ? "Teams" : "Modes";
+    this.refresh();
+  }
+
+  setView(view) {
+    document.body.dataset.view = view;
+    for (const button of document.querySelectorAll("nav .group button")) {
+      button.setAttribute("aria-pressed", button.dataset.view === view);
+    }
+    this.refresh();
+  }
+
+  setTheme(name) {
+    document.documentElement.dataset.theme = name;
+    this.look.dark = name === "dark";
+    this.look.theme = THEMES[name];
+    $("theme").textContent = name === "dark" ? "Light" : "Dark";
+    this.curves.dress(this.look.theme);
+    this.timeline.dress(this.look.theme);
+    this.refresh();
+  }
+
+  /** Draw again with the next frame. */
+  refresh() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame((now) => {
+      this.waiting = false;
+      this.clock.tick(now);
+      this.draw();
+      // The browser comes back when it has drawn the frame: how long did that take?
+      requestAnimationFrame((later) => this.scenes.forEach((scene) => scene.keepPace(later - now)));
+      if (this.clock.playing) this.refresh();
+    });
+  }
+
+  /** A moment of a mission; one that ended before stands still at its end. */
+  moment(mission) {
+    const time = Math.min(this.clock.time, mission.last);
+    mission.seek(Math.floor(time + 1e-9));
+    const robots = mission.robotsAt(time);
+    return { mission, time, step: Math.floor(time + 1e-9), robots, teams: teamsOf(robots) };
+  }
+
+  draw() {
+    if (!this.mission.steps) return;
+    const moments = this.missions.map((mission) => this.moment(mission));
+    const first = (this.now = moments[0]);
+    const chosen = first.robots[this.look.selected];
+    if (this.following && chosen) {
+      for (const view of [...this.scenes, ...this.maps]) view.follow(chosen.x, chosen.y);
+    }
+    moments.forEach((moment, k) => {
+      this.maps[k].draw(moment, this.look);
+      this.scenes[k]?.draw(moment, this.look);
+    });
+    this.curves.moveTo(this.clock.step);
+    this.timeline.draw();
+    this.decisions.update(first.step, first.robots, this.look.selected, $("only").checked);
+    $("follow").disabled = !chosen;
+    $("about").replaceChildren(...aboutRobot(this.mission, chosen, first));
+    $("live").setAttribute("aria-pressed", this.clock.atEnd);
+    $("speed").value = this.clock.speed;
+    $("play").setAttribute("aria-label", this.clock.playing ? "Pause" : "Play");
+    $("playing").setAttribute("d", this.clock.playing ? "M3 2h4v12H3zM9 2h4v12H9z" : "M4 2.5v11l9-5.5z");
+    const explored = this.mission.coverage.explored_m2?.[first.step];
+    const area = explored === undefined ? "" : ` · ${Math.round(explored)} m²`;
+    $("now").textContent = `step ${this.clock.step} of ${this.clock.last}${area}`;
+    writeLink(this);
+    this.drawn++;
+    document.body.dataset.ready = "yes";
+  }
+}
+
+try {
+  window.player = new Player(await loadMissions());
+} catch (error) {
+  $("sorry").hidden = false;
+  $("sorry").textContent = `The mission cannot be shown: ${error.message}`;
+  throw error;
+}

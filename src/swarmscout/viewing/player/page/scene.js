@@ -1,0 +1,207 @@
+// The cave in 3D with its robots, and a sheet over it for what is drawn in lines.
+
+import * as THREE from "three";
+import { OrbitControls } from "./vendor/OrbitControls.js";
+import { Sheet } from "./canvas.js";
+import { robotColour } from "./colours.js";
+import { drawOverlay } from "./overlay.js";
+import { Terrain } from "./terrain.js";
+
+const LEAST_PIXELS = 4.2; // a robot's radius on the screen at least
+const SLOW_MS = 60; // a frame that takes longer is not fluent
+
+/** Whether this browser can draw in 3D. */
+export function hasWebGL2() {
+  try {
+    return !!document.createElement("canvas").getContext("webgl2");
+  } catch {
+    return false;
+  }
+}
+
+export class SceneView {
+  /** @param box the element to fill, with two canvases; @param changed called when it wants to be drawn again. */
+  constructor(box, mission, changed) {
+    this.box = box;
+    this.mission = mission;
+    this.changed = changed;
+    const [canvas, sheet] = box.querySelectorAll("canvas");
+    this.canvas = canvas;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+    this.ratio = Math.min(window.devicePixelRatio || 1, 2);
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(38, 1, 0.5, 3000);
+    this.camera.up.set(0, 0, 1);
+    this.terrain = new Terrain(mission);
+    this.scene.add(this.terrain.mesh);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a7f70, 2.2));
+    const sun = new THREE.DirectionalLight(0xffffff, 1.4);
+    sun.position.set(-4, 3, 8);
+    this.scene.add(sun);
+    this.#makeRobots();
+    this.sheet = new Sheet(sheet, () => this.#resize());
+    this.controls = new OrbitControls(this.camera, sheet);
+    Object.assign(this.controls, {
+      enableDamping: false, zoomToCursor: true, maxPolarAngle: 1.45, screenSpacePanning: false,
+      minDistance: 2, maxDistance: 900, zoomSpeed: 1.2,
+    });
+    this.controls.addEventListener("change", () => {
+      this.touched = true;
+      this.box.dispatchEvent(new Event("moved"));
+      changed();
+    });
+    this.touched = false;
+    this.slow = 0;
+    this.window = mission.seenWindow();
+    this.matrix = new THREE.Matrix4();
+    this.#resize();
+  }
+
+  #makeRobots() {
+    const n = this.mission.robots;
+    const body = new THREE.CylinderGeometry(0.92, 1, 0.8, 24).rotateX(Math.PI / 2).translate(0, 0, 0.5);
+    const nose = new THREE.BoxGeometry(0.95, 0.34, 0.24).translate(0.62, 0, 0.92);
+    this.bodies = new THREE.InstancedMesh(body, new THREE.MeshLambertMaterial(), n);
+    this.noses = new THREE.InstancedMesh(nose, new THREE.MeshLambertMaterial({ color: 0xfff7e6 }), n);
+    this.noses.instanceMatrix = this.bodies.instanceMatrix;
+    this.bodies.frustumCulled = this.noses.frustumCulled = false;
+    this.bodies.setColorAt(0, new THREE.Color());
+    this.scene.add(this.bodies, this.noses);
+  }
+
+  #resize() {
+    this.renderer.setPixelRatio(this.ratio);
+    this.renderer.setSize(this.sheet.width, this.sheet.height, false);
+    this.camera.aspect = this.sheet.width / this.sheet.height;
+    this.camera.updateProjectionMatrix();
+    if (!this.touched && this.controls) this.fit(this.window);
+    this.changed();
+  }
+
+  /** Look at a window in metres, along its longer side. */
+  fit(window) {
+    this.window = window;
+    const [left, bottom, right, top] = window;
+    const [x, y] = [(left + right) / 2, (bottom + top) / 2];
+    const [wide, deep] = [right - left, top - bottom];
+    // The longer side lies across the screen.
+    const aside = deep > wide * 1.15 && this.camera.aspect > 1;
+    const [across, away] = aside ? [deep, wide] : [wide, deep];
+    const tilt = 0.98; // radians above the horizon
+    const half = Math.tan((this.camera.fov * Math.PI) / 360);
+    const forWidth = (0.54 * across) / (half * this.camera.aspect) + 0.5 * away * Math.cos(tilt);
+    const forDepth = (0.54 * away * Math.sin(tilt)) / half + 0.5 * away * Math.cos(tilt);
+    const distance = Math.max(12, forWidth, forDepth);
+    const [dx, dy] = aside ? [1, 0] : [0, -1];
+    const z = this.mission.groundAt(x, y);
+    this.controls.target.set(x, y, z);
+    this.camera.position.set(
+      x + dx * distance * Math.cos(tilt), y + dy * distance * Math.cos(tilt), z + distance * Math.sin(tilt),
+    );
+    this.controls.update();
+    this.touched = false;
+    this.changed();
+  }
+
+  /** Move the camera so that it keeps looking at a point. */
+  follow(x, y) {
+    const target = new THREE.Vector3(x, y, this.mission.groundAt(x, y));
+    const shift = target.clone().sub(this.controls.target);
+    if (shift.length() < 0.004) return;
+    this.controls.target.copy(target);
+    this.camera.position.add(shift);
+    const distance = this.camera.position.distanceTo(target);
+    if (!this.following && distance > 30) {
+      this.camera.position.sub(target).multiplyScalar(30 / distance).add(target);
+    }
+    this.following = true;
+    this.touched = true;
+    this.camera.lookAt(target);
+  }
+
+  /** Take another view's camera, so that two missions are seen alike. */
+  copyCamera(other) {
+    this.camera.position.copy(other.camera.position);
+    this.controls.target.copy(other.controls.target);
+    this.camera.lookAt(this.controls.target);
+    this.touched = true;
+  }
+
+  /** Metres that a pixel spans at a point. */
+  #metresPerPixel(x, y, z) {
+    const distance = this.camera.position.distanceTo(new THREE.Vector3(x, y, z));
+    return (2 * distance * Math.tan((this.camera.fov * Math.PI) / 360)) / this.sheet.height;
+  }
+
+  toPixels(x, y, level = [x, y]) {
+    const p = new THREE.Vector3(x, y, this.mission.groundAt(...level) + 0.12).project(this.camera);
+    if (p.z > 1) return null;
+    return [((p.x + 1) / 2) * this.sheet.width, ((1 - p.y) / 2) * this.sheet.height];
+  }
+
+  /** The point of the floor under a pixel, or null: a few steps along the ray onto the relief. */
+  toMetres(px, py) {
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(
+      new THREE.Vector2((2 * px) / this.sheet.width - 1, 1 - (2 * py) / this.sheet.height), this.camera,
+    );
+    const { origin, direction } = ray.ray;
+    if (direction.z >= -0.01) return null;
+    let z = this.controls.target.z;
+    let point = null;
+    for (let i = 0; i < 6; i++) {
+      const far = (z - origin.z) / direction.z;
+      point = [origin.x + far * direction.x, origin.y + far * direction.y];
+      z = this.mission.groundAt(...point);
+    }
+    return point;
+  }
+
+  draw(moment, look) {
+    this.terrain.dress(look.dark ? "dark" : "light");
+    this.terrain.paint();
+    this.scene.background = new THREE.Color(look.theme.background);
+    this.#place(moment.robots, look);
+    this.camera.updateMatrixWorld();
+    this.renderer.render(this.scene, this.camera);
+    const ctx = this.sheet.begin();
+    const view = {
+      at: (x, y, level) => this.toPixels(x, y, level),
+      scale: (x, y) => 1 / this.#metresPerPixel(x, y, this.mission.groundAt(x, y)),
+    };
+    drawOverlay(ctx, view, moment, { ...look, dots: false });
+  }
+
+  #place(robots, look) {
+    const colour = new THREE.Color();
+    for (const robot of robots) {
+      const z = this.mission.groundAt(robot.x, robot.y);
+      const least = LEAST_PIXELS * this.#metresPerPixel(robot.x, robot.y, z);
+      const size = Math.max(this.mission.facts.radius_m, least);
+      const [c, s] = [size * Math.cos(robot.heading), size * Math.sin(robot.heading)];
+      this.matrix.set(c, -s, 0, robot.x, s, c, 0, robot.y, 0, 0, size, z, 0, 0, 0, 1);
+      this.bodies.setMatrixAt(robot.robot, this.matrix);
+      this.bodies.setColorAt(robot.robot, colour.set(robotColour(robot, look.theme, look.byTeam, look.dark)));
+    }
+    this.bodies.instanceMatrix.needsUpdate = true;
+    this.bodies.instanceColor.needsUpdate = true;
+  }
+
+  /** On a machine without a graphics card coarser rock and fewer pixels keep it fluent. */
+  keepPace(ms) {
+    this.slow = ms > SLOW_MS && ms < 1000 ? this.slow + 1 : 0; // A page in the background waits for long.
+    if (this.slow < 3) return;
+    this.slow = 0;
+    if (!this.terrain.isCoarse) this.terrain.coarsen();
+    else if (this.ratio > 0.7) {
+      this.ratio = Math.max(0.7, this.ratio * 0.75);
+      this.#resize();
+    }
+  }
+
+  /** Where the robots are drawn, in metres: what is on the screen, for tests and the curious. */
+  shownPositions() {
+    const { array } = this.bodies.instanceMatrix;
+    return Array.from({ length: this.mission.robots }, (_, i) => [array[16 * i + 12], array[16 * i + 13]]);
+  }
+}

@@ -1,0 +1,170 @@
+"""A recorded run as the player's data: a packet with its facts, and a block with all its steps."""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.codes import ACTIONS, CAUSES, EVENTS, MODES
+from swarmscout.core.errors import RunError
+from swarmscout.core.grid import GridFrame
+from swarmscout.mapping.log_odds import log_odds_of
+from swarmscout.mission.scenario import Scenario
+from swarmscout.recording.tables import CONTACTS
+from swarmscout.viewing.player.blocks import Block, pack_block, robot_columns
+from swarmscout.viewing.player.packets import differences, pack
+from swarmscout.viewing.relief import Relief, relief_of
+from swarmscout.worlds.world import World
+
+if TYPE_CHECKING:
+    from swarmscout.recording.run import Run
+
+__all__ = ["block_of", "mission_packet", "player_data"]
+
+
+def player_data(run: Run) -> bytes:
+    """Everything that the page shows of a run, gzipped.
+
+    Args:
+        run: finished or not; recorded with ``record="full"``.
+
+    Raises:
+        RunError: steps were not recorded, or the world cannot be had back.
+    """
+    facts = {"finished": run.finished, "summary": run.summary, "version": run.facts["version"]}
+    name = "run" if run.path is None else run.path.resolve().name
+    packet = mission_packet(name, run.scenario, run.world(), run.frame, run.stations_m, facts)
+    return gzip.compress(packet + pack_block(block_of(run)), compresslevel=6, mtime=0)
+
+
+def mission_packet(
+    name: str,
+    scenario: Scenario,
+    world: World,
+    frame: GridFrame,
+    stations_m: NDArray[np.float64],
+    facts: Mapping[str, Any],
+) -> bytes:
+    """The packet with what does not change during a mission.
+
+    Args:
+        name: what the run is called.
+        scenario: what is run.
+        world: where.
+        frame: the map's frame.
+        stations_m: float64[k, 2], charging stations.
+        facts: what else the page may show, plain data.
+    """
+    relief = relief_of(world)
+    arrays: dict[str, NDArray[Any]] = dict(_relief_arrays(relief))
+    arrays["free"] = np.packbits((world.free != 0).ravel())
+    return pack(
+        {
+            "name": name,
+            "world": world.name,
+            "selector": scenario.destinations,
+            "seed": scenario.seed,
+            "robots": scenario.robots,
+            "planned_steps": scenario.steps,
+            "frame": _plain_frame(frame),
+            "stations_m": stations_m.tolist(),
+            "station_range_m": scenario.battery.station_range_m,
+            "radius_m": scenario.body.radius_m,
+            "sensor": scenario.sensor.model_dump(),
+            "free_below": log_odds_of(scenario.map.free_below),
+            "occupied_above": log_odds_of(scenario.map.occupied_above),
+            "frontier_neighbours": scenario.map.frontier_neighbours,
+            "route_cost": scenario.routes.cost,
+            "charge_below": scenario.battery.charge_below,
+            "relief": {**_plain_frame(relief.frame), "wall_m": relief.wall_m},
+            "raster": _plain_frame(world.frame),
+            "words": {
+                "mode": MODES,
+                "action": ACTIONS,
+                "contact": CONTACTS,
+                "event": EVENTS,
+                "cause": CAUSES,
+            },
+            **facts,
+        },
+        arrays,
+    )
+
+
+def block_of(run: Run) -> Block:
+    """All steps of a run as a block.
+
+    Raises:
+        RunError: steps were not recorded, or none was.
+    """
+    steps, robots = run.steps, run.scenario.robots
+    count = steps.height // robots
+    if not count:
+        raise RunError(f"{run!r} holds no step yet: there is nothing to show")
+
+    def column(name: str) -> NDArray[Any]:
+        series = steps[name]
+        values = series.to_physical() if series.dtype == _enum() else series
+        return values.to_numpy().reshape(count, robots)
+
+    names = ("x_m", "y_m", "heading_rad", "charge", "mode", "action", "contact", "alive")
+    columns = robot_columns(
+        *(column(name) for name in (*names, "leader", "desired", "destination"))
+    )
+    changes, events, coverage = run.map_changes, run.events, run.coverage
+    kinds = events["kind"].to_physical().to_numpy()
+    rest = [events[name].to_numpy() for name in ("robot", "other", "value")]
+    return Block(
+        first=int(steps["step"][0]),
+        columns=columns,
+        team=column("team"),
+        map_counts=np.bincount(changes["step"].to_numpy(), minlength=count),
+        map_cells=changes["cell"].to_numpy(),
+        map_log_odds=changes["log_odds"].to_numpy(),
+        events=np.column_stack([events["step"].to_numpy(), kinds, *rest]).astype(np.int64),
+        decisions=[_with_details(row) for row in run.decisions.to_dicts()],
+        coverage={
+            name: coverage[name].to_numpy().astype(np.float64)[:count]
+            for name in coverage.columns
+            if name != "step"
+        },
+    )
+
+
+def _with_details(row: dict[str, Any]) -> dict[str, Any]:
+    """A row of ``decisions`` whose details are data again."""
+    with contextlib.suppress(TypeError, ValueError):  # It can be shown as it stands, too.
+        row["details"] = json.loads(row["details"])
+    return row
+
+
+def _enum() -> Any:
+    import polars as pl
+
+    return pl.Enum
+
+
+def _plain_frame(frame: GridFrame) -> dict[str, float]:
+    return {
+        "x_m": frame.origin_x_m,
+        "y_m": frame.origin_y_m,
+        "cell_m": frame.cell_m,
+        "rows": frame.rows,
+        "columns": frame.columns,
+    }
+
+
+def _relief_arrays(relief: Relief) -> dict[str, NDArray[Any]]:
+    """Heights in millimetres as differences along a row, shares in 255ths, 0 where nothing is."""
+    height = np.rint(np.where(relief.shown, relief.ground_m, 0.0) * 1000.0).astype(np.int64)
+    share = np.where(relief.shown, 1 + np.rint(relief.open_share * 254.0), 0).astype(np.uint8)
+    return {
+        "relief.ground": differences(height).astype(np.int32),
+        "relief.share": share,
+    }

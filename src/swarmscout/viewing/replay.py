@@ -1,0 +1,161 @@
+"""A run step by step: where everybody was and what the map was, for pictures of any kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.codes import CHARGE, FREE, MODES, OCCUPIED, UNKNOWN
+from swarmscout.core.errors import RunError
+from swarmscout.mapping.log_odds import log_odds_of
+
+if TYPE_CHECKING:
+    from swarmscout.recording.run import Run
+
+__all__ = ["Moment", "Replay", "Team"]
+
+MARGIN_M = 2.5
+
+
+@dataclass(frozen=True)
+class Team:
+    """Robots of one team that explore.
+
+    Attributes:
+        leader: the robot that leads it, or the first member if that one is elsewhere.
+        members: int64[n], robots.
+        centre_m: mean of their places; radius_m: distance of the farthest from it.
+        destination_m: where they are heading, or None.
+    """
+
+    leader: int
+    members: NDArray[np.int64]
+    centre_m: NDArray[np.float64]
+    radius_m: float
+    destination_m: NDArray[np.float64] | None
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A run after one step.
+
+    Attributes:
+        step: the step.
+        place_m: float64[N, 2], where robots are; heading_rad: float64[N].
+        charging: bool[N], CHR mode; alive: bool[N], not stranded.
+        teams: teams of living robots in EXP mode, teams of one too.
+        labels: uint8[rows, cols] of the map (codes ``LABELS``).
+        explored_m2: explored area.
+    """
+
+    step: int
+    place_m: NDArray[np.float64]
+    heading_rad: NDArray[np.float64]
+    charging: NDArray[np.bool_]
+    alive: NDArray[np.bool_]
+    teams: list[Team]
+    labels: NDArray[np.uint8]
+    explored_m2: float
+
+
+class Replay:
+    """Gives the moments of a run; going forward from step to step is quick.
+
+    Args:
+        run: recorded with ``record="full"``.
+
+    Attributes:
+        last: the last step.
+        explored_m2: float64[last + 1], explored area.
+
+    Raises:
+        RunError: steps were not recorded, or there is none.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        steps, robots = run.steps, run.scenario.robots
+        count = steps.height // robots
+        if not count:
+            raise RunError(f"{run!r} holds no step yet: there is nothing to show")
+        self.last = count - 1
+
+        def column(name: str) -> NDArray[Any]:
+            return steps[name].to_numpy().reshape(count, robots)
+
+        self._x_m, self._y_m = column("x_m"), column("y_m")
+        self._heading = column("heading_rad")
+        self._alive, self._team = column("alive"), column("team")
+        self._leader, self._destination = column("leader"), column("destination")
+        mode = steps["mode"].to_physical().to_numpy().reshape(count, robots)
+        assert MODES[CHARGE] == "CHR"
+        self._charging = mode == CHARGE
+        self.explored_m2 = run.coverage["explored_m2"].to_numpy()[:count]
+        changes = run.map_changes
+        self._cells = changes["cell"].to_numpy()
+        odds = changes["log_odds"].to_numpy()
+        scenario = run.scenario.map
+        self._new = np.full(len(odds), UNKNOWN, dtype=np.uint8)
+        self._new[odds < log_odds_of(scenario.free_below)] = FREE
+        self._new[odds > log_odds_of(scenario.occupied_above)] = OCCUPIED
+        self._ends = np.searchsorted(changes["step"].to_numpy(), np.arange(count), side="right")
+        self._labels = np.zeros(run.frame.size, dtype=np.uint8)
+        self._at = -1
+
+    def moment(self, step: int) -> Moment:
+        """A run after a step.
+
+        Raises:
+            RunError: there is no such step.
+        """
+        if not 0 <= step <= self.last:
+            raise RunError(f"there is no step {step}: the run holds steps 0 to {self.last}")
+        place = np.column_stack([self._x_m[step], self._y_m[step]])
+        return Moment(
+            step=step,
+            place_m=place,
+            heading_rad=self._heading[step],
+            charging=self._charging[step],
+            alive=self._alive[step],
+            teams=self._teams(step, place),
+            labels=self._labels_at(step),
+            explored_m2=float(self.explored_m2[step]),
+        )
+
+    def window(self) -> tuple[float, float, float, float]:
+        """``(left, right, bottom, top)`` in metres of all that was mapped, and of all robots."""
+        frame = self.run.frame
+        cells = np.unique(self._cells[self._new != UNKNOWN])
+        places = np.column_stack([self._x_m[-1], self._y_m[-1]])
+        points = np.concatenate([frame.centres_of(frame.unflat_many(cells)), places])
+        (left, bottom), (right, top) = points.min(axis=0) - MARGIN_M, points.max(axis=0) + MARGIN_M
+        return float(left), float(right), float(bottom), float(top)
+
+    def _labels_at(self, step: int) -> NDArray[np.uint8]:
+        if step < self._at:
+            self._labels[:] = UNKNOWN
+            self._at = -1
+        begin = 0 if self._at < 0 else self._ends[self._at]
+        # Rows are in order of steps: where a cell changed more than once the last change stays.
+        self._labels[self._cells[begin : self._ends[step]]] = self._new[begin : self._ends[step]]
+        self._at = step
+        return self._labels.reshape(self.run.frame.shape).copy()
+
+    def _teams(self, step: int, place: NDArray[np.float64]) -> list[Team]:
+        frame = self.run.frame
+        active = np.flatnonzero(self._alive[step] & ~self._charging[step])
+        order = active[np.argsort(self._team[step, active], kind="stable")]
+        cuts = np.flatnonzero(np.diff(self._team[step, order])) + 1
+        teams = []
+        for members in np.split(order, cuts) if len(order) else []:
+            named = int(self._leader[step, members[0]])
+            leader = named if named in members else int(members[0])
+            cell = int(self._destination[step, leader])
+            goal = None if cell < 0 else np.array(frame.centre_of(*frame.unflat(cell)))
+            centre = place[members].mean(axis=0)
+            radius = float(np.linalg.norm(place[members] - centre, axis=1).max())
+            teams.append(Team(leader, members.astype(np.int64), centre, radius, goal))
+        return teams

@@ -1,0 +1,205 @@
+"""The page in a real browser: what it shows is what the run holds."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import polars as pl
+import pytest
+
+from swarmscout import Run
+from swarmscout.viewing.map_picture import frontier_cells, labels_at
+from swarmscout.viewing.player.page import one_file
+from swarmscout.viewing.player.recorded import player_data
+from swarmscout.viewing.player.server import PlayerServer, Recorded
+
+PIXELS = """(selector) => {
+    const canvas = document.querySelector(selector);
+    player.draw();
+    const copy = document.createElement("canvas");
+    copy.width = canvas.width; copy.height = canvas.height;
+    const ctx = copy.getContext("2d");
+    ctx.drawImage(canvas, 0, 0);
+    const pixels = ctx.getImageData(0, 0, copy.width, copy.height).data;
+    let sum = 0;
+    for (let i = 0; i < pixels.length; i++) sum += pixels[i] * (1 + (i % 977));
+    return sum;
+}"""
+MAP, SCENE, CURVE = "#maps canvas", "#scenes canvas", "#curves canvas"
+
+
+@pytest.fixture(scope="module")
+def file(data, tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "mission.html"
+    path.write_bytes(one_file("<b>a & b</b>", [data]))
+    return path
+
+
+def test_a_file_shows_what_the_run_holds(file, run, watched):
+    seen = watched()
+    page = seen.open(f"{file.as_uri()}#t=30&robot=5")
+    assert page.title() == "seen · swarmscout"
+    assert page.evaluate("[player.clock.step, player.look.selected]") == [30, 5]
+
+    pictures = {}
+    for step in (0, 30, run.last_step):
+        page.evaluate(f"player.clock.goTo({step}); player.draw()")
+        rows = run.steps.filter(pl.col("step") == step)
+        true = rows.select("x_m", "y_m").to_numpy()
+        shown = np.array(page.evaluate("player.scenes[0].shownPositions()"))
+        assert np.abs(shown - true).max() < 0.0006  # millimetres
+        robots = page.evaluate("player.now.robots")
+        assert [robot["charging"] for robot in robots] == (rows["mode"] == "CHR").to_list()
+        assert [robot["alive"] for robot in robots] == rows["alive"].to_list()
+        assert [robot["leader"] for robot in robots] == rows["leader"].to_list()
+        assert [robot["destination"] for robot in robots] == rows["destination"].to_list()
+        teams = page.evaluate("player.now.robots.map((robot) => player.mission.teams[robot.team])")
+        assert teams == rows["team"].to_list()
+        turns = np.array([robot["heading"] for robot in robots]) - rows["heading_rad"].to_numpy()
+        assert np.abs(np.angle(np.exp(1j * turns))).max() < 1e-9
+        labels = np.array(page.evaluate("[...player.mission.labels]")).reshape(run.frame.shape)
+        assert (labels == labels_at(run, step)).all()
+        edge = np.array(page.evaluate("[...player.maps[0].frontier]")).reshape(run.frame.shape)
+        assert (edge.astype(bool) == frontier_cells(labels_at(run, step))).all()
+        pictures[step] = [page.evaluate(PIXELS, name) for name in (MAP, SCENE, CURVE)]
+    # What is inside the canvases changes when one scrubs, and comes back.
+    for a, b in ((0, 30), (30, run.last_step)):
+        assert all(x != y for x, y in zip(pictures[a], pictures[b], strict=True))
+    page.evaluate("player.clock.goTo(30); player.draw()")
+    assert [page.evaluate(PIXELS, name) for name in (MAP, SCENE)] == pictures[30][:2]
+    assert page.evaluate("player.mission.decisions.length") == run.decisions.height
+    assert seen.troubles == []
+    assert seen.requests == [
+        url for url in seen.requests if url.startswith((file.as_uri(), "blob:", "data:"))
+    ]
+
+
+def test_keys_buttons_and_links(file, run, watched):
+    seen = watched()
+    page = seen.open(f"{file.as_uri()}#t=10")
+    step = "player.clock.step"
+    for key, expected in (
+        ("ArrowRight", 11), ("Shift+ArrowRight", 21), ("ArrowLeft", 20),
+        ("Home", 0), ("ArrowLeft", 0), ("End", run.last_step), ("ArrowRight", run.last_step),
+    ):  # fmt: skip
+        page.keyboard.press(key)
+        assert page.evaluate(step) == expected
+    seen.until(f"location.hash === '#t={run.last_step}'")
+    page.evaluate("location.hash = '#t=25&view=map&colour=team'")
+    seen.until(f"{step} === 25 && document.body.dataset.view === 'map'")
+    assert page.evaluate("player.look.byTeam")
+
+    page.keyboard.press("n")
+    page.keyboard.press("n")
+    assert page.evaluate("player.look.selected") == 1
+    page.keyboard.press("f")
+    assert page.evaluate("player.following")
+    assert "robot" in page.inner_text("#told").lower()
+    page.keyboard.press("Escape")
+    assert page.evaluate("[player.look.selected, player.following]") == [-1, False]
+
+    before = page.evaluate("document.documentElement.dataset.theme")
+    page.keyboard.press("t")
+    assert page.evaluate("document.documentElement.dataset.theme") != before
+    page.keyboard.press("Shift+?")
+    assert page.is_visible("#keys")
+    page.keyboard.press("Escape")
+    assert not page.is_visible("#keys")
+
+    page.keyboard.press("+")
+    page.keyboard.press("Space")
+    seen.until(f"player.clock.time > 27 && {step} > 26")
+    page.keyboard.press("Space")
+    stopped = page.evaluate("player.clock.time")
+    assert stopped == int(stopped)
+    with page.expect_download() as saved:
+        page.keyboard.press("p")
+    assert saved.value.suggested_filename == f"seen-step-{int(stopped)}.png"
+    assert saved.value.path().read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_pointing_at_a_robot_tells_and_selects(file, run, watched):
+    page = watched().open(f"{file.as_uri()}#t=40&view=map")
+    x, y = page.evaluate("""() => {
+        const robot = player.now.robots[3];
+        const [px, py] = player.maps[0].toPixels(robot.x, robot.y);
+        const box = document.querySelector("#maps canvas").getBoundingClientRect();
+        return [box.left + px, box.top + py];
+    }""")
+    page.mouse.move(x, y)
+    near = page.inner_text("#tip")
+    assert re.match(r"robot \d+ · (EXP|CHR) · charge \d+ %", near)
+    page.mouse.click(x, y)
+    assert page.evaluate("player.look.selected") == int(near.split()[1])
+
+
+def test_a_server_shows_two_missions_in_step(data, watched):
+    with PlayerServer([Recorded(data), Recorded(data)], port=0) as server:
+        seen = watched()
+        page = seen.open(f"{server.url}#t=20")
+        page.evaluate("player.clock.goTo(33); player.draw()")
+        steps = page.evaluate("player.missions.map((mission) => mission.mapStep)")
+        assert steps == [33, 33]
+        one, other = page.evaluate("player.scenes.map((scene) => scene.shownPositions())")
+        assert one == other
+        assert page.locator(".pane").count() == 4
+        assert seen.troubles == []
+        assert seen.foreign == []
+
+
+def test_without_webgl2_the_rest_still_works(file, watched):
+    seen = watched()
+    seen.page.add_init_script("""
+        const get = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+            return kind === "webgl2" ? null : get.call(this, kind, ...more);
+        };
+    """)
+    page = seen.open(f"{file.as_uri()}#t=20")
+    assert "no WebGL2" in page.inner_text("#scenes")
+    before = page.evaluate(PIXELS, MAP)
+    page.keyboard.press("End")
+    assert page.evaluate(PIXELS, MAP) != before
+    assert seen.troubles == []
+
+
+HOSTILE = [
+    "<img src=x onerror=alert(1)>",
+    "</script><script>window.stolen = 1</script>",
+    "<script src=https://example.org/x.js></script>",
+    "\x00\x01\x07\x1b[31m\u202e\ufeff\ud7ff end",
+    "javascript:alert(1)",
+    "x" * 1_000_000,
+]
+
+
+def test_hostile_words_do_no_harm(run, watched, tmp_path):
+    first = run.decisions.row(0, named=True)
+    rows = [
+        first
+        | {"step": 10 + i, "reason": text, "selector": text}
+        | {"details": json.dumps({"answer": text, "tries": [{"prompt": text, "valid": False}]})}
+        for i, text in enumerate(HOSTILE)
+    ]
+    told = Run.open(run.path)
+    told._frames["decisions"] = pl.DataFrame(rows, schema=run.decisions.schema)
+    file = tmp_path / "hostile.html"
+    file.write_bytes(one_file("</title><script>window.stolen = 1</script>", [player_data(told)]))
+    assert file.stat().st_size < 2_000_000
+
+    seen = watched()
+    seen.page.on("dialog", lambda dialog: seen.troubles.append("dialog"))
+    page = seen.open(f"{file.as_uri()}#t=50")
+    for button in page.locator(".decision").all():
+        button.click()
+    for summary in page.locator("#decisions summary").all():
+        summary.click()
+    text = page.inner_text("#decisions")
+    assert "<img src=x onerror=alert(1)>" in text
+    assert "1,000,000 characters, cut" in text
+    assert page.locator("#decisions img, #decisions script").count() == 0
+    assert page.evaluate("window.stolen") is None
+    assert seen.troubles == []
+    assert seen.foreign == []
