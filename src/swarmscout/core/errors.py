@@ -4,7 +4,8 @@
 ├── ``ScenarioError``   a scenario key is unknown, of a wrong type or impossible
 ├── ``WorldError``      a world cannot be loaded, generated or used
 ├── ``SelectorError``   a selector is unknown, cannot be loaded, or answered wrongly
-└── ``RunError``        a run folder cannot be written or read
+├── ``RunError``        a run folder cannot be written or read
+└── ``StudyError``      a study's file or folder cannot be used, or its engine is lost
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ __all__ = [
     "RunError",
     "ScenarioError",
     "SelectorError",
+    "StudyError",
     "SwarmscoutError",
     "WorldError",
     "did_you_mean",
@@ -40,6 +42,10 @@ class SelectorError(SwarmscoutError):
 
 class RunError(SwarmscoutError):
     """A run folder cannot be written or read."""
+
+
+class StudyError(SwarmscoutError):
+    """A study's file or folder cannot be used, or what it runs on is lost."""
 
 
 def did_you_mean(given: str, known: Iterable[str]) -> str:

@@ -68,7 +68,9 @@ def join_parts(folder: Path, tables: Iterable[str]) -> None:
     for table in tables:
         joined = folder / f"{table}.parquet"
         parts = _parts(folder, table)
-        if not joined.exists():
+        if len(parts) == 1 and not joined.exists():
+            _rename(parts[0], joined)
+        elif not joined.exists():
             write_whole(joined, _parquet(_read_parts(table, parts)))
         for part in parts:
             part.unlink(missing_ok=True)
@@ -85,6 +87,14 @@ def read_table(folder: Path, table: str) -> pl.DataFrame:
     """
     joined = folder / f"{table}.parquet"
     return _read(joined) if joined.exists() else _read_parts(table, _parts(folder, table))
+
+
+def _rename(part: Path, joined: Path) -> None:
+    """A table of one part needs no joining."""
+    try:
+        os.replace(part, joined)
+    except OSError as error:
+        raise RunError(f"cannot write '{joined}': {error.strerror or error}") from error
 
 
 def _parts(folder: Path, table: str) -> list[Path]:

@@ -45,6 +45,8 @@ class RunWriter:
         level: ``full``, ``curves`` or ``summary``: see :data:`swarmscout.recording.tables.LEVELS`.
         whole_world: keep the world's rasters even if the scenario names a world that it could be;
             for a mission that was given a world which differs in its start only.
+        parts: close a part of each table every fifty steps. Without, tables are written once, at
+            the end: quicker, for missions that are run anew should they be killed.
 
     Raises:
         RunError: the level is unknown.
@@ -57,13 +59,19 @@ class RunWriter:
     """
 
     def __init__(
-        self, folder: str | Path | None = None, *, level: str = "full", whole_world: bool = False
+        self,
+        folder: str | Path | None = None,
+        *,
+        level: str = "full",
+        whole_world: bool = False,
+        parts: bool = True,
     ) -> None:
         self.folder = None if folder is None else Path(folder)
         self.level = check_level(level)
         self.last_step = -1
         """The last step that :meth:`record` has taken; -1 before the first."""
         self._whole_world = whole_world
+        self._part_steps = PART_STEPS if parts else 1_000_000
         self._tables = LEVELS[level]
         self._mission: Mission | None = None
         self._facts: dict[str, Any] = {}
@@ -93,7 +101,7 @@ class RunWriter:
         }
         if self._tables:
             robots = mission.scenario.robots
-            steps = max(1, min(PART_STEPS, _CHUNK_ROWS // robots, mission.scenario.steps + 1))
+            steps = max(1, min(self._part_steps, _CHUNK_ROWS // robots, mission.scenario.steps + 1))
             self._chunk = Chunk(robots, steps, frame.columns, self._tables)
         if self.folder is not None:
             claim_folder(self.folder)
