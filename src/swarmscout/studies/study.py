@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from swarmscout.core.errors import ScenarioError, StudyError
 from swarmscout.core.version import package_version
 from swarmscout.mission.mission import RULES_VERSION
 from swarmscout.mission.scenario import Scenario
@@ -76,7 +77,10 @@ class Study:
 
     @cached_property
     def _scenario(self) -> Scenario:
-        return base_scenario(self.declared, self._base)
+        try:
+            return base_scenario(self.declared, self._base)
+        except ScenarioError as error:
+            raise StudyError(f"study '{self.declared.name}': {error}") from None
 
     @property
     def compared(self) -> Axis:

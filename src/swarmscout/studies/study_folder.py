@@ -99,7 +99,7 @@ class StudyFolder:
         try:
             self.missions.mkdir(parents=True, exist_ok=self._is_ours(name))
             write_whole(self.file, text.encode())
-        except FileExistsError:
+        except (FileExistsError, NotADirectoryError):
             raise StudyError(f"'{self.path}' is a file: a study needs a folder") from None
         except OSError as error:
             raise StudyError(f"cannot make '{self.missions}': {error.strerror or error}") from None
