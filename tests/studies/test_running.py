@@ -26,7 +26,7 @@ from pathlib import Path
 from swarmscout.destinations.selector import Choice
 
 class Rule:
-    '''Fails while a file "broken" stands beside it; kills its process while a file "deadly" does.'''
+    '''Fails while a file "broken" stands beside it, and kills its process while "deadly" does.'''
 
     def choose(self, view, memory):
         here = Path(__file__).parent
@@ -139,6 +139,11 @@ def test_a_killed_worker_loses_nothing(make_study, tmp_path):
     assert bits(study) == bits(undisturbed)
 
 
+def state_of(process):
+    """State and parent of a process."""
+    return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[:2]
+
+
 def workers_of(parent):
     """Living processes whose parent is a process: a number each."""
     found = []
@@ -154,7 +159,7 @@ def workers_of(parent):
 
 def is_alive(process):
     with contextlib.suppress(OSError):
-        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+        return state_of(process)[0] != "Z"
     return False
 
 
@@ -236,7 +241,7 @@ def test_damaged_results_are_named(make_study, engine):
     run_study(study, engine)
     name = study.missions[0].name
     (study.folder.run(name) / "summary.json").write_text("{", encoding="utf-8")
-    with pytest.raises(StudyError, match="summary.json' is missing or damaged: remove"):
+    with pytest.raises(StudyError, match=r"summary\.json' is missing or damaged: remove"):
         study.frame()
 
 

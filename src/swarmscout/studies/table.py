@@ -45,6 +45,7 @@ def missions_table(study: Study) -> pl.DataFrame:
             "world_seed": mission.world_seed,
             "seed": mission.seed,
             "robots": mission.robots,
+            "planned_steps": mission.steps,
             "error": None,
         }
         if mission.name in finished:
