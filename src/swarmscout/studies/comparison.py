@@ -6,7 +6,7 @@ left out and counted.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from swarmscout.studies.intervals import (
     by_unit,
     holm,
     interquartile_mean,
+    interquartile_value,
     mean_interval,
     share_interval,
     sign_flip_p,
@@ -47,7 +48,6 @@ class Arm:
         worlds: the world of each.
         values: float64[n], the metric.
         mean: over units.
-        middle: interquartile mean.
     """
 
     setting: tuple[Label, ...]
@@ -56,7 +56,14 @@ class Arm:
     worlds: list[Any]
     values: NDArray[np.float64]
     mean: Estimate
-    middle: Estimate
+
+    @property
+    def middle(self) -> Estimate:
+        """Interquartile mean: of all missions, or the mean of those of each world."""
+        if len(set(self.worlds)) <= 1:
+            return interquartile_mean(self.values)
+        units = by_unit(self.values, self.worlds)
+        return mean_interval([interquartile_value(unit) for unit in units])
 
     @property
     def deviation(self) -> float:
@@ -149,12 +156,8 @@ def arms_of(study: Study, frame: pl.DataFrame, metric: str) -> list[Arm]:
         chosen = np.array(rows, dtype=np.int64)
         its_worlds = [worlds[row] for row in rows]
         units = by_unit(values[chosen], its_worlds)
-        if len(set(its_worlds)) > 1:
-            middle = mean_interval([interquartile_mean(unit).value for unit in units])
-        else:
-            middle = interquartile_mean(values[chosen])
         mean = mean_interval([float(unit.mean()) for unit in units])
-        found.append(Arm(setting, label, chosen, its_worlds, values[chosen], mean, middle))
+        found.append(Arm(setting, label, chosen, its_worlds, values[chosen], mean))
     places = {setting: at for at, setting in enumerate(dict.fromkeys(arm.setting for arm in found))}
     return sorted(found, key=lambda arm: (places[arm.setting], order[arm.label]))
 
@@ -264,8 +267,3 @@ def _pair_keys(study: Study, frame: pl.DataFrame) -> list[Any]:
     """What two missions of a pair have in common."""
     names = [key for key in PLACE_KEYS if key not in study.compared.keys]
     return list(frame.select(names).iter_rows())
-
-
-def told_world(world: Sequence[Any], names: Mapping[str, str] | None = None) -> str:
-    """A world's name and seed in words."""
-    return " ".join(str(part) for part in world if part is not None)

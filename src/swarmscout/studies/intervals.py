@@ -25,6 +25,7 @@ __all__ = [
     "by_unit",
     "holm",
     "interquartile_mean",
+    "interquartile_value",
     "mean_interval",
     "share_interval",
     "sign_flip_p",
@@ -100,7 +101,7 @@ def interquartile_mean(values: Sequence[float] | Values) -> Estimate:
     n = len(x)
     if n < 4:
         return mean_interval(x)
-    value = float(stats.trim_mean(x, 0.25))
+    value = interquartile_value(x)
     if n >= MANY_UNITS and np.ptp(x) > 0.0:
         low, high = _bootstrap(x, _trimmed)
         if math.isfinite(low) and math.isfinite(high):
@@ -111,6 +112,11 @@ def interquartile_mean(values: Sequence[float] | Values) -> Estimate:
     error = float(winsorized.std(ddof=1)) * math.sqrt(n) / kept
     half = float(stats.t.ppf(0.5 + LEVEL / 2, kept - 1)) * error
     return Estimate(value, value - half, value + half, n, "t")
+
+
+def interquartile_value(values: Values) -> float:
+    """The mean of the middle half, without an interval."""
+    return float(stats.trim_mean(values, 0.25))
 
 
 def share_interval(won: float, n: int) -> Estimate:

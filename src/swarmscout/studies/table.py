@@ -14,6 +14,7 @@ from swarmscout.core.errors import RunError, StudyError
 from swarmscout.recording.parts import read_table
 from swarmscout.studies.metrics import METRICS, SHARES
 from swarmscout.studies.plan import Planned
+from swarmscout.studies.sensing_limit import sensing_limit_m2
 
 if TYPE_CHECKING:
     import polars as pl
@@ -35,6 +36,7 @@ def missions_table(study: Study) -> pl.DataFrame:
     import polars as pl
 
     finished, failed = study.folder.finished(), study.folder.failed()
+    limits: dict[tuple[int, ...], float] = {}
     rows = []
     for mission in study.missions:
         row: dict[str, Any] = {
@@ -51,6 +53,9 @@ def missions_table(study: Study) -> pl.DataFrame:
         if mission.name in finished:
             row["status"] = "finished"
             row |= _measured(study.folder.run(mission.name), mission, study.declared.record)
+            if mission.values not in limits:
+                limits[mission.values] = sensing_limit_m2(study.scenario(mission))
+            row["limit_share"] = row["explored_m2"] / limits[mission.values]
         elif mission.name in failed:
             row |= {"status": "failed", "error": failed[mission.name].error}
         rows.append(row)
@@ -127,10 +132,10 @@ def _measured(folder: Path, mission: Planned, record: str) -> dict[str, Any]:
             row["decisions"] = read_table(folder, "decisions").height
         except RunError as error:
             raise StudyError(str(error)) from None
-        # The first step may compile or load something: medians do not notice.
+        # The first step may compile or load something.
         for column, name in (("step_s", "step_ms"), ("decide_s", "decide_ms")):
             if column in timing.columns and timing.height > 1:
-                row[name] = 1e3 * float(np.median(timing[column].to_numpy()[1:]))
+                row[name] = 1e3 * float(timing[column].to_numpy()[1:].mean())
     return row
 
 
