@@ -28,6 +28,10 @@ _SHOWN = (
 )  # fmt: skip
 
 
+_ACROSS = 5
+"""So many measures fit beside each other on a page."""
+
+
 def measures_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
     """Every other metric, with its interval; they were not declared, so nothing is tested."""
     yield Heading("Other measures", 3)
@@ -41,17 +45,19 @@ def measures_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
         for metric in _SHOWN
         if frame[metric].is_not_null().any() and metric != study.declared.metric
     }
-    first = next(iter(columns.values()))
-    rows = [
-        [
-            *map(str, arm.setting),
-            f"`{arm.label}`",
-            *[with_interval(columns[metric][at].mean) for metric in columns],
+    names = list(columns)
+    for begin in range(0, len(names), _ACROSS):
+        shown = names[begin : begin + _ACROSS]
+        rows = [
+            [
+                *map(str, arm.setting),
+                f"`{arm.label}`",
+                *[with_interval(columns[metric][at].mean) for metric in shown],
+            ]
+            for at, arm in enumerate(columns[shown[0]])
         ]
-        for at, arm in enumerate(first)
-    ]
-    heads = [METRICS[metric].axis_label for metric in columns]
-    yield Table([*settings, study.compared.name, *heads], rows, numbers=len(settings) + 1)
+        heads = [METRICS[metric].axis_label for metric in shown]
+        yield Table([*settings, study.compared.name, *heads], rows, numbers=len(settings) + 1)
 
 
 def times_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:

@@ -32,6 +32,7 @@ table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabu
 th, td { padding: .28rem .7rem; text-align: left; border-bottom: 1px solid #e3e7eb;
   white-space: nowrap; }
 th { border-bottom: 2px solid #8a949e; vertical-align: bottom; white-space: normal; }
+table.words td { white-space: normal; }
 td.number, th.number { text-align: right; }
 figure { margin: 1rem 0 1.6rem; }
 figure img { max-width: 100%; height: auto; display: block; }
@@ -120,7 +121,9 @@ def _html_table(table: Table) -> str:
 
     rows = "\n".join(row(cells, "td") for cells in table.rows)
     head = row(table.header, "th")
-    return f'<div class="wide"><table>\n<thead>{head}</thead>\n<tbody>{rows}</tbody></table></div>'
+    kind = ' class="words"' if table.numbers >= len(table.header) else ""
+    inside = f"<thead>{head}</thead>\n<tbody>{rows}</tbody>"
+    return f'<div class="wide"><table{kind}>\n{inside}</table></div>'
 
 
 def _inline(text: str) -> str:

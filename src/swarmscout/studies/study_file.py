@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from swarmscout.core.errors import StudyError, did_you_mean
 from swarmscout.mission.scenario_files import named_scenarios
@@ -61,6 +61,14 @@ class StudyFile(BaseModel):
     compare: Comparison
     scenario: dict[str, Any] = Field(default_factory=dict, description="changes of the base")
     axes: dict[str, list[Any]] = Field(min_length=1, description="keys and their values")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _dotted_axes(cls, data: Any) -> Any:
+        """In TOML ``teams.desired_size = [1, 5]`` is a table in a table: one axis to us."""
+        if isinstance(data, dict) and isinstance(data.get("axes"), dict):
+            data = {**data, "axes": dict(_flat(data["axes"]))}
+        return data
 
 
 class AxisValue:
