@@ -12,7 +12,7 @@ import pytest
 COMMANDS = [
     [], ["explore"], ["worlds"], ["worlds", "list"], ["worlds", "show"],
     ["worlds", "import"], ["worlds", "generate"], ["list"], ["list", "selectors"],
-    ["list", "policies"], ["list", "worlds"], ["warm"], ["doctor"],
+    ["list", "policies"], ["list", "worlds"], ["warm"], ["doctor"], ["study"], ["compare"],
 ]  # fmt: skip
 HEAVY = ("numpy", "numba", "polars", "scipy", "matplotlib", "pydantic", "PIL", "yaml")
 
