@@ -36,6 +36,7 @@ _COMMANDS = {
     "explore": ("explore:explore", "Run a mission: progress, summary, run folder, picture."),
     "study": ("study:study", "Run a study: many missions compared, with a report."),
     "compare": ("compare:compare", "Put a few runs beside each other."),
+    "reproduce": ("reproduce:reproduce", "Reproduce the paper's figures from our own runs."),
     "worlds": ("worlds:app", "List, show, import and generate worlds."),
     "list": ("lists:app", "What there is to choose from: selectors, policies, worlds."),
     "warm": ("warm:warm", "Compile every kernel now, so that no mission waits for it."),

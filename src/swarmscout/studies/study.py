@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,13 @@ from swarmscout.core.version import package_version
 from swarmscout.mission.mission import RULES_VERSION
 from swarmscout.mission.scenario import Scenario
 from swarmscout.studies.plan import Planned, base_scenario, expand, scenario_of
-from swarmscout.studies.study_file import Axis, StudyFile, read_study_file, study_toml
+from swarmscout.studies.study_file import (
+    Axis,
+    StudyFile,
+    checked,
+    read_study_file,
+    study_toml,
+)
 from swarmscout.studies.study_folder import Failure, StudyFolder
 
 if TYPE_CHECKING:
@@ -62,6 +69,17 @@ class Study:
             is_folder = Path(path).is_dir()
             out = Path(path) if is_folder else Path("runs") / f"study-{declared.name}"
         return Study(declared, axes, base, StudyFolder(Path(out)))
+
+    def changed(self, changes: Mapping[str, Any]) -> Study:
+        """The same study with other declarations, in the same folder.
+
+        Args:
+            changes: of the file's keys.
+
+        Raises:
+            StudyError: a change is impossible.
+        """
+        return Study(*checked({**self.declared.model_dump(), **changes}, self._base), self.folder)
 
     def __repr__(self) -> str:
         return f"<Study '{self.declared.name}' in '{self.folder.path}'>"

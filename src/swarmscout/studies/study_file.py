@@ -28,6 +28,7 @@ __all__ = [
     "absolute",
     "base_of",
     "changes_of",
+    "checked",
     "read_study_file",
     "study_toml",
 ]
@@ -148,15 +149,24 @@ def read_study_file(path: str | Path) -> tuple[StudyFile, list[Axis], Path]:
         raise StudyError(f"{where} is not valid TOML: {error}") from None
     data.pop("swarmscout", None)  # A study's folder says here which version wrote it.
     try:
-        declared = StudyFile.model_validate(data)
-    except ValidationError as error:
-        raise StudyError(f"{where}: {_explain(error)}") from None
-    try:
-        axes = [_axis(name, values) for name, values in declared.axes.items()]
-        _check(declared, axes, file.resolve().parent)
+        return checked(data, file.resolve().parent)
     except StudyError as error:
         raise StudyError(f"{where}: {error}") from None
-    return declared, axes, file.resolve().parent
+
+
+def checked(data: Mapping[str, Any], folder: Path) -> tuple[StudyFile, list[Axis], Path]:
+    """What a study's data declare; its axes; and the folder, as it was given.
+
+    Raises:
+        StudyError: in one line, what is wrong and what would be right.
+    """
+    try:
+        declared = StudyFile.model_validate(data)
+    except ValidationError as error:
+        raise StudyError(_explain(error)) from None
+    axes = [_axis(name, values) for name, values in declared.axes.items()]
+    _check(declared, axes)
+    return declared, axes, folder
 
 
 def study_toml(declared: StudyFile, folder: Path, header: Mapping[str, Any]) -> str:
@@ -261,7 +271,7 @@ def _flat(keys: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
             yield prefix + key, value
 
 
-def _check(declared: StudyFile, axes: list[Axis], folder: Path) -> None:
+def _check(declared: StudyFile, axes: list[Axis]) -> None:
     if declared.metric not in METRICS:
         raise StudyError(
             f"metric '{declared.metric}' is unknown: {did_you_mean(declared.metric, METRICS)}"
