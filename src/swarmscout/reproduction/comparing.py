@@ -48,7 +48,7 @@ def llm_vs_baseline(options: Options) -> list[Block]:
         Text(
             "**The paper:** with N = 15 and 300 steps the LLM-based method explores about 20 % "
             "more than the baseline, the mean of five trials in one cave, with 20 steps of warm-up."
-            f" **Here:** `{rule}` {said_of(options)}. {told}."
+            f" **Here:** “LLM” {said_of(options)}. {told}."
         ),
         Picture(
             "llm-vs-baseline", figure,

@@ -17,6 +17,10 @@ from swarmscout.viewing.map_picture import labels_at
 __all__ = ["baseline", "scale_50", "scale_100", "team_formation"]
 
 
+# Far from the stations a charge must last longer than in the small: three times the default.
+_WIDE = {"world": "lava-tube-wide", "start": "spread", "battery__capacity_steps": 1200}
+
+
 def team_formation(options: Options) -> list[Block]:
     """Self-organized teams, and a robot that leaves its team to charge."""
     small = {"robots": 8, "steps": 120, "battery__start_min": 0.3} if options.quick else {}
@@ -91,17 +95,15 @@ def baseline(options: Options) -> list[Block]:
 
 def scale_50(options: Options) -> list[Block]:
     """Fifty robots by the baseline."""
-    robots, steps = (12, 60) if options.quick else (50, 600)
-    run = run_mission(
-        options, "run", robots=robots, steps=steps, seed=0, world="lava-tube-wide", start="spread"
-    )
+    robots, steps = (12, 60) if options.quick else (50, 400)
+    run = run_mission(options, "run", robots=robots, steps=steps, **_WIDE)
     figure = Figure(figsize=(8.4, 7.0), layout="constrained")
     _draw_truth(figure.add_subplot(), run, run.last_step)
     return [
         Text(
             "**The paper:** 50 robots explore a wide area by the baseline; black is the lava tube, "
             f"bright what was explored. **Here:** {robots} robots, {run.last_step} steps, from a "
-            f"spread start: {_explored(run)}."
+            f"spread start, with charge for {_WIDE['battery__capacity_steps']}: {_explored(run)}."
         ),
         Picture(
             "scale-50", figure,
@@ -113,7 +115,7 @@ def scale_50(options: Options) -> list[Block]:
 
 def scale_100(options: Options) -> list[Block]:
     """A hundred robots with the paper's language model, or what stands in its place."""
-    robots, steps = (16, 50) if options.quick else (100, 600)
+    robots, steps = (16, 50) if options.quick else (100, 400)
     run = run_mission(
         options, "run", robots=robots, steps=steps, seed=0, world="lava-tube-wide",
         destinations=options.selector, start="spread",

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import FREE
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.minds.view import LeaderView
 from swarmscout.mission.mission import Mission
@@ -105,7 +104,7 @@ def _candidates(facts: dict[str, Any]) -> list[int]:
     orders = [
         [facts["chosen"]],
         np.argsort(facts["distances"], kind="stable")[:3].tolist(),
-        np.argsort(-facts["frontier"], kind="stable")[:2].tolist(),
+        np.argsort(1e-3 * facts["distances"] - facts["frontier"], kind="stable")[:2].tolist(),
         np.argsort(facts["obstacle"] + 1e-3 * facts["distances"], kind="stable")[:2].tolist(),
     ]
     if "score" in facts:
@@ -167,7 +166,6 @@ def _draw(figure: Figure, view: LeaderView, facts: dict[str, Any], shown: list[i
             str(at + 1), (x, y), xytext=(6, 6), textcoords="offset points", fontsize="small",
             color=colour, fontweight="bold", zorder=6,
         )  # fmt: skip
-    known = view.frame.centres_of(np.argwhere(labels == FREE))
-    points = np.concatenate([known, view.frontiers_m[shown]])
-    (left, bottom), (right, top) = points.min(axis=0) - 2.0, points.max(axis=0) + 2.0
+    points = np.concatenate([view.members_m, view.frontiers_m[shown]])
+    (left, bottom), (right, top) = points.min(axis=0) - 2.5, points.max(axis=0) + 2.5
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x (m)", ylabel="y (m)")
