@@ -117,9 +117,8 @@ def scale_100(options: Options) -> list[Block]:
     """A hundred robots with the paper's language model, or what stands in its place."""
     robots, steps = (16, 50) if options.quick else (100, 400)
     run = run_mission(
-        options, "run", robots=robots, steps=steps, seed=0, world="lava-tube-wide",
-        destinations=options.selector, start="spread",
-    )  # fmt: skip
+        options, "run", robots=robots, steps=steps, destinations=options.selector, **_WIDE
+    )
     figure = Figure(figsize=(11.0, 5.6), layout="constrained")
     _draw_truth(figure.add_subplot(1, 2, 1), run, run.last_step)
     axes = figure.add_subplot(1, 2, 2)

@@ -162,10 +162,7 @@ def _draw(figure: Figure, view: LeaderView, facts: dict[str, Any], shown: list[i
             Rectangle((x - cell / 2, y - cell / 2), cell, cell, fill=False, linewidth=1.8,
                       edgecolor=colour, zorder=5)
         )  # fmt: skip
-        axes.annotate(
-            str(at + 1), (x, y), xytext=(6, 6), textcoords="offset points", fontsize="small",
-            color=colour, fontweight="bold", zorder=6,
-        )  # fmt: skip
+        axes.text(x, y, str(at + 1), ha="center", va="center", fontsize="medium", zorder=6)
     points = np.concatenate([view.members_m, view.frontiers_m[shown]])
     (left, bottom), (right, top) = points.min(axis=0) - 2.5, points.max(axis=0) + 2.5
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x (m)", ylabel="y (m)")
