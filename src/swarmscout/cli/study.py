@@ -77,6 +77,8 @@ def run_and_show(
         done = f", {planned - left} of them done before" if left < planned else ""
         print(f"{study.declared.name}: {planned} missions{done}", flush=True)
         say_if_compiling()
+    else:
+        print(f"{study.declared.name}: all {planned} missions were run before", flush=True)
     engine: Any = LocalEngine(jobs or _cores()) if scheduler is None else DaskEngine(scheduler)
     known = SoFar(study, left)
     baseline = str(study.declared.compare.baseline)
@@ -84,12 +86,11 @@ def run_and_show(
         with StudyProgress(known, study.compared.name, baseline) as progress:
             run_study(study, engine, retry=retry, listener=progress.count)
     except Interrupted as stopped:
-        kept = f": {planned - left + known.ended} of {planned} missions are done, the same command"
-        raise Interrupted(stopped.signal, f"{stopped}{kept} goes on") from None
+        raise Interrupted(stopped.signal, f"{stopped}: {_kept(study, planned)}") from None
     except StudyError as error:
-        raise StudyError(
-            f"{error} ({planned - left + known.ended} of {planned} are done)"
-        ) from None
+        if not known.ended:
+            raise
+        raise StudyError(f"{error}: {_kept(study, planned)}") from None
     finally:
         if scheduler is not None:
             engine.close()

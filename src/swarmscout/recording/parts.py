@@ -22,7 +22,7 @@ from swarmscout.recording.tables import empty_table
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["join_parts", "read_table", "write_part", "write_whole"]
+__all__ = ["join_parts", "read_table", "write_part", "write_table", "write_whole"]
 
 
 def write_whole(path: Path, data: bytes) -> None:
@@ -59,6 +59,15 @@ def write_part(folder: Path, table: str, part: int, frame: pl.DataFrame) -> None
         write_whole(parts / f"{table}-{part:06d}.parquet", _parquet(frame))
 
 
+def write_table(folder: Path, table: str, frame: pl.DataFrame) -> None:
+    """Write a table whole, as :func:`join_parts` would leave it.
+
+    Raises:
+        RunError: the table cannot be written.
+    """
+    write_whole(folder / f"{table}.parquet", _parquet(frame))
+
+
 def join_parts(folder: Path, tables: Iterable[str]) -> None:
     """Join the parts of each table into one file and remove them.
 
@@ -68,9 +77,7 @@ def join_parts(folder: Path, tables: Iterable[str]) -> None:
     for table in tables:
         joined = folder / f"{table}.parquet"
         parts = _parts(folder, table)
-        if len(parts) == 1 and not joined.exists():
-            _rename(parts[0], joined)
-        elif not joined.exists():
+        if not joined.exists():
             write_whole(joined, _parquet(_read_parts(table, parts)))
         for part in parts:
             part.unlink(missing_ok=True)
@@ -87,14 +94,6 @@ def read_table(folder: Path, table: str) -> pl.DataFrame:
     """
     joined = folder / f"{table}.parquet"
     return _read(joined) if joined.exists() else _read_parts(table, _parts(folder, table))
-
-
-def _rename(part: Path, joined: Path) -> None:
-    """A table of one part needs no joining."""
-    try:
-        os.replace(part, joined)
-    except OSError as error:
-        raise RunError(f"cannot write '{joined}': {error.strerror or error}") from error
 
 
 def _parts(folder: Path, table: str) -> list[Path]:

@@ -21,7 +21,7 @@ from swarmscout.core.recorder import StepRecord
 from swarmscout.mission.scenario_files import scenario_toml
 from swarmscout.recording.chunk import Chunk, plain
 from swarmscout.recording.kept_world import keep_world
-from swarmscout.recording.parts import join_parts, write_part, write_whole
+from swarmscout.recording.parts import join_parts, write_part, write_table, write_whole
 from swarmscout.recording.run_folder import claim_folder
 from swarmscout.recording.tables import FORMAT, LEVELS, PART_STEPS, check_level
 
@@ -71,7 +71,7 @@ class RunWriter:
         self.last_step = -1
         """The last step that :meth:`record` has taken; -1 before the first."""
         self._whole_world = whole_world
-        self._part_steps = PART_STEPS if parts else 1_000_000
+        self._parts = parts
         self._tables = LEVELS[level]
         self._mission: Mission | None = None
         self._facts: dict[str, Any] = {}
@@ -101,7 +101,10 @@ class RunWriter:
         }
         if self._tables:
             robots = mission.scenario.robots
-            steps = max(1, min(self._part_steps, _CHUNK_ROWS // robots, mission.scenario.steps + 1))
+            every = mission.scenario.steps + 1
+            most = PART_STEPS if self._parts else every
+            steps = max(1, min(most, _CHUNK_ROWS // robots, every))
+            self._parts = self._parts or steps < every
             self._chunk = Chunk(robots, steps, frame.columns, self._tables)
         if self.folder is not None:
             claim_folder(self.folder)
@@ -191,7 +194,9 @@ class RunWriter:
         if self._coverage_types is None:
             self._coverage_types = self._chunk.coverage_types()
         for table, frame in self._chunk.frames(self._coverage_types).items():
-            if self.folder is not None:
+            if self.folder is not None and not self._parts:
+                write_table(self.folder, table, frame)
+            elif self.folder is not None:
                 write_part(self.folder, table, self._part, frame)
             else:
                 frames = self._kept.setdefault(table, [])

@@ -5,6 +5,7 @@ Both are a ``concurrent.futures.Executor``; :mod:`swarmscout.studies.running` kn
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import threading
@@ -101,8 +102,11 @@ class DaskEngine:
             raise StudyError(
                 "--engine dask needs dask.distributed: pip install 'swarmscout[cluster]'"
             ) from None
+        # What goes wrong is said by us, in one line; Dask would log every lost connection.
+        for name in ("distributed", "distributed.client"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
-            self._client = Client(scheduler, timeout=10, set_as_default=False)
+            self._client = Client(scheduler, timeout=5, set_as_default=False)
         except (OSError, ValueError) as error:
             raise StudyError(f"no Dask scheduler answers at '{scheduler}': {error}") from None
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import shutil
-import tempfile
 import time
 import traceback
+import uuid
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -77,23 +76,22 @@ def carry_out(task: Task) -> Outcome:
 
 
 def _run(task: Task, final: Path) -> tuple[float, float]:
-    try:
-        part = Path(tempfile.mkdtemp(prefix=f".{final.name}-", dir=final.parent))
-    except OSError as error:
-        raise RunError(f"cannot make a folder in '{final.parent}': {error.strerror}") from None
+    part = final.with_name(f".{final.name}-{uuid.uuid4().hex[:12]}")
     try:
         world = _world(task.scenario.world, task.scenario.world_seed, _stamp(task.scenario.world))
         began = time.process_time()
         # A mission that is killed is run anew: there is no need to close its tables on the way.
-        writer = RunWriter(part / "run", level=task.record, parts=False)
+        writer = RunWriter(part, level=task.record, parts=False)
         summary = Mission(task.scenario, world=world, recorder=writer).run()
         seconds = time.process_time() - began
-        with contextlib.suppress(OSError):  # Another worker was quicker; its run is the same.
-            os.rename(part / "run", final)
-        if not final.is_dir():
-            raise RunError(f"cannot make '{final}'")
+        try:
+            os.rename(part, final)
+        except OSError as error:
+            if not final.is_dir():  # Else another worker was quicker; its run is the same.
+                raise RunError(f"cannot make '{final}': {error.strerror or error}") from None
     finally:
-        shutil.rmtree(part, ignore_errors=True)
+        if part.exists():
+            shutil.rmtree(part, ignore_errors=True)
     return float(summary["explored_m2"]), seconds
 
 
