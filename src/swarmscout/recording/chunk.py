@@ -38,6 +38,11 @@ def plain(value: Any) -> Any:
     return value if value is None or isinstance(value, bool | int | str) else str(value)
 
 
+def _details(decision: Decision) -> str:
+    """A decision's details as JSON; most have none."""
+    return json.dumps(plain(decision.details), sort_keys=True) if decision.details else "{}"
+
+
 class _Rows:
     """Integer rows of which each step adds any number; the array doubles when it is full."""
 
@@ -117,7 +122,7 @@ class Chunk:
             changes = self._changes.put(changes, record.step, record.map_cells, record.map_log_odds)
         if "decisions" in self._tables and record.decisions:
             # Details are written down now: a selector may go on using the mapping it gave.
-            told = [(d, json.dumps(plain(d.details), sort_keys=True)) for d in record.decisions]
+            told = [(d, _details(d)) for d in record.decisions]
             self._decisions[decisions:] = told
             decisions += len(told)
         self._coverage[at:] = [dict(record.coverage)]
