@@ -71,6 +71,11 @@ def run_and_show(
     from swarmscout.studies.running import run_study
     from swarmscout.studies.so_far import SoFar
 
+    engine: Any
+    if scheduler is None:
+        engine = LocalEngine(_cores() if jobs is None else jobs)
+    else:
+        engine = DaskEngine(scheduler)
     left = len(study.todo(retry=retry))
     planned = len({mission.name for mission in study.missions})
     if left:
@@ -79,7 +84,6 @@ def run_and_show(
         say_if_compiling()
     else:
         print(f"{study.declared.name}: all {planned} missions were run before", flush=True)
-    engine: Any = LocalEngine(jobs or _cores()) if scheduler is None else DaskEngine(scheduler)
     known = SoFar(study, left)
     baseline = str(study.declared.compare.baseline)
     try:

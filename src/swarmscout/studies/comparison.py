@@ -170,15 +170,15 @@ def compare(study: Study, frame: pl.DataFrame, metric: str | None = None) -> lis
         frame: its table.
         metric: instead of the declared one.
     """
-    found = [pairs for pairs, _ in compare_arms(study, frame, metric)]
+    found = [pairs for pairs, _ in compare_arms(study, frame, metric, alone=False)]
     adjusted = holm([pairs.p for pairs in found])
     return [replace(pairs, p_holm=p) for pairs, p in zip(found, adjusted, strict=True)]
 
 
 def compare_arms(
-    study: Study, frame: pl.DataFrame, metric: str | None = None
+    study: Study, frame: pl.DataFrame, metric: str | None = None, *, alone: bool = True
 ) -> list[tuple[Pairs, list[Pairs]]]:
-    """Every comparison: over all worlds, and in each world alone."""
+    """Every comparison: over all worlds, and (when there are several) in each world alone."""
     name = metric or study.declared.metric
     sign = METRICS[name].better or 1
     values = metric_of(study, frame, name)
@@ -205,14 +205,15 @@ def compare_arms(
             lacking = len(mine) - int(whole.sum())
             its_worlds = [worlds[row] for row in rows[whole].tolist()]
             a, b = values[rows[whole]], values[bases[whole]]
-            alone = []
-            for world in dict.fromkeys(its_worlds):
+            by_world = []
+            several = list(dict.fromkeys(its_worlds)) if alone and len(set(its_worlds)) > 1 else []
+            for world in several:
                 here = np.array([other == world for other in its_worlds])
-                alone.append(
+                by_world.append(
                     _pairs(setting, label, world, a[here], b[here], [world] * int(here.sum()), sign)
                 )
             everywhere = _pairs(setting, label, None, a, b, its_worlds, sign, lacking)
-            found.append((everywhere, alone if len(alone) > 1 else []))
+            found.append((everywhere, by_world))
     return found
 
 

@@ -153,7 +153,7 @@ def scaling_figure(
         axis_name: of the axis.
         styles: a style's index for each series.
     """
-    across = min(3, len(columns))
+    across = 2 if len(columns) == 4 else min(3, len(columns))
     down = -(-len(columns) // across)
     figure = Figure(figsize=(3.9 * across, 3.1 * down), layout="constrained")
     for at, (metric, series) in enumerate(columns):

@@ -34,7 +34,12 @@ def scaling_pictures(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
 
 
 def scaling_picture(
-    study: Study, frame: pl.DataFrame, axis: Axis, metrics: tuple[str, ...] = _SHOWN
+    study: Study,
+    frame: pl.DataFrame,
+    axis: Axis,
+    metrics: tuple[str, ...] = _SHOWN,
+    *,
+    only: bool = False,
 ) -> Picture:
     """Metrics over one axis; a line per combination of the others that are no place.
 
@@ -43,9 +48,11 @@ def scaling_picture(
         frame: its table.
         axis: an axis of numbers.
         metrics: the panels, besides the declared one; what was not recorded is left out.
+        only: these and no more.
     """
     declared = study.declared.metric
     wanted = [declared, *(metric for metric in metrics if metric != declared)]
+    wanted = list(metrics) if only else wanted
     wanted = [metric for metric in wanted if frame[metric].is_not_null().any()][:6]
     others = [a for a in (*study.settings, study.compared) if a is not axis]
     columns = []
