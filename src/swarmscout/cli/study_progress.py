@@ -33,6 +33,7 @@ class StudyProgress:
         self._baseline = baseline
         self._live: Any = None
         self._began = time.monotonic()
+        self._first = 0
         self._next = 0.0 if sys.stdout.isatty() else self._began + _LINE_S
 
     def __enter__(self) -> StudyProgress:
@@ -58,6 +59,8 @@ class StudyProgress:
         """Count a mission that has ended, and show it when it is time to."""
         self._known.count(mission, outcome)
         now = time.monotonic()
+        if self._known.ended == 1:
+            self._began, self._first = now, 1
         if now < self._next:
             return
         if self._live is not None:
@@ -69,8 +72,9 @@ class StudyProgress:
 
     def _line(self) -> str:
         known = self._known
+        # The first missions wait for processes to start and worlds to be made: count from there.
         seconds = time.monotonic() - self._began
-        rate = known.ended / seconds if seconds > 0.0 else 0.0
+        rate = (known.ended - self._first) / seconds if seconds > 0.0 else 0.0
         words = [f"{known.ended} of {known.todo} missions", f"{rate:.1f} per second"]
         if rate > 0.0:
             words.append(f"{_clock((known.todo - known.ended) / rate)} left")

@@ -291,7 +291,7 @@ def _how(study: Study) -> Iterator[Block]:
         "the signs of the units' differences, adjusted by Holm. Interquartile mean: the mean of "
         "the middle half. **Better in**: share of pairs, ties half. The study's file:"
     )
-    yield Code(study.folder.file.read_text(encoding="utf-8"))
+    yield Code(study.text)
     yield Text(
         f"Settings: {told_setting([axis.name for axis in study.settings]) or 'one'}. Data: "
         "`data/missions`, `data/curves` (row: of missions), `data/comparisons`, each as Parquet "

@@ -126,8 +126,12 @@ class Study:
             StudyError: the folder holds something else, or the study is impossible.
         """
         self.missions  # noqa: B018 - a study that cannot be run leaves no folder behind.
-        text = study_toml(self.declared, self._base, self.versions)
-        self.folder.claim(self.declared.name, text)
+        self.folder.claim(self.declared.name, self.text)
+
+    @property
+    def text(self) -> str:
+        """The study's file as it is kept in the folder: it means the same wherever it lies."""
+        return study_toml(self.declared, self._base, self.versions)
 
     def todo(self, *, retry: bool = False) -> list[Planned]:
         """Missions that are neither finished nor, unless they are to be tried again, failed."""
