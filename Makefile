@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 # Folder with extra worlds for the tests; they are skipped with a reason where it is not set.
 export SWARMSCOUT_EXTRA_WORLDS ?=
 
-.PHONY: demo test lint benchmark clean
+.PHONY: demo test lint benchmark results clean
 
 demo: $(VENV)/installed
 	$(BIN)/swarmscout explore
@@ -23,6 +23,9 @@ test: $(VENV)/developed
 benchmark: $(VENV)/developed
 	$(BIN)/pip install --quiet --constraint constraints.txt '.[bench]'
 	$(BIN)/python benchmarks/speed.py
+
+results: $(VENV)/installed
+	$(BIN)/python benchmarks/results.py
 
 $(VENV)/created:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "swarmscout needs Python 3.11 or newer; say which with make PYTHON=python3.12")'

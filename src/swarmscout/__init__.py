@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         RunError,
         ScenarioError,
         SelectorError,
+        StudyError,
         SwarmscoutError,
         WorldError,
     )
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from swarmscout.recording.explore import explore, record_mission
     from swarmscout.recording.run import Run
     from swarmscout.recording.writer import RunWriter
+    from swarmscout.studies.study import Study
     from swarmscout.viewing.map_picture import map_picture
     from swarmscout.worlds.catalogue import load_world
     from swarmscout.worlds.world import World
@@ -40,6 +42,8 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "SelectorError",
+    "Study",
+    "StudyError",
     "SwarmscoutError",
     "World",
     "WorldError",
@@ -59,6 +63,8 @@ _HOME = {
     "Scenario": "swarmscout.mission.scenario",
     "ScenarioError": "swarmscout.core.errors",
     "SelectorError": "swarmscout.core.errors",
+    "Study": "swarmscout.studies.study",
+    "StudyError": "swarmscout.core.errors",
     "SwarmscoutError": "swarmscout.core.errors",
     "World": "swarmscout.worlds.world",
     "WorldError": "swarmscout.core.errors",

@@ -13,7 +13,7 @@ COMMANDS = [
     [], ["explore"], ["view"], ["figures"], ["video"],
     ["worlds"], ["worlds", "list"], ["worlds", "show"],
     ["worlds", "import"], ["worlds", "generate"], ["list"], ["list", "selectors"],
-    ["list", "policies"], ["list", "worlds"], ["warm"], ["doctor"],
+    ["list", "policies"], ["list", "worlds"], ["warm"], ["doctor"], ["study"], ["compare"],
 ]  # fmt: skip
 HEAVY = ("numpy", "numba", "polars", "scipy", "matplotlib", "pydantic", "PIL", "yaml")
 

@@ -7,6 +7,8 @@ import pytest
 
 import swarmscout as ss
 from swarmscout.mission.scenario_keys import scenario_page
+from swarmscout.studies.engines import LocalEngine
+from swarmscout.studies.running import run_study
 from swarmscout.testing import check_selector
 
 ROOT = Path(__file__).parents[2]
@@ -17,11 +19,23 @@ def python_blocks(page):
     return re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
 
 
+def run_the_study_of(page, folder):
+    """Run the page's first study, in one world, into the folder that its example opens."""
+    text = re.findall(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)[0]
+    file = folder / "my-study.toml"
+    file.write_text(re.sub(r"world_seed = .*", "world_seed = [0]", text), encoding="utf-8")
+    study = ss.Study.load(file)
+    assert study.folder.path.as_posix() in page.read_text(encoding="utf-8")
+    run_study(study, LocalEngine(1))
+
+
 @pytest.mark.parametrize("page", [p for p in PAGES if python_blocks(p)], ids=lambda p: p.name)
 def test_examples_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = "runs/lava-tube-quantile-n15-s0"  # The page on recordings reads one.
     ss.explore(steps=150, destinations="quantile", out=run)
+    if page.name == "studies.md":
+        run_the_study_of(page, tmp_path)
     names = {"__name__": "example"}
     for block in python_blocks(page):
         exec(compile(block, page.name, "exec"), names)
@@ -58,3 +72,10 @@ def test_links_lead_somewhere():
         for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")):
             if "://" not in target:
                 assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "studies").glob("*.toml")), ids=lambda f: f.stem)
+def test_committed_studies_can_be_run(file):
+    study = ss.Study.load(file)
+    assert study.declared.name == file.stem
+    assert len(study.missions) == len({mission.name for mission in study.missions})

@@ -5,7 +5,8 @@
 ├── ``WorldError``      a world cannot be loaded, generated or used
 ├── ``SelectorError``   a selector is unknown, cannot be loaded, or answered wrongly
 ├── ``RunError``        a run folder cannot be written or read
-└── ``ViewError``       a mission cannot be shown: a port, a file's name, a missing program
+├── ``ViewError``       a mission cannot be shown: a port, a file's name, a missing program
+└── ``StudyError``      a study's file or folder cannot be used, or its engine is lost
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ __all__ = [
     "RunError",
     "ScenarioError",
     "SelectorError",
+    "StudyError",
     "SwarmscoutError",
     "ViewError",
     "WorldError",
@@ -46,6 +48,10 @@ class RunError(SwarmscoutError):
 
 class ViewError(SwarmscoutError):
     """A mission cannot be shown as asked."""
+
+
+class StudyError(SwarmscoutError):
+    """A study's file or folder cannot be used, or what it runs on is lost."""
 
 
 def did_you_mean(given: str, known: Iterable[str]) -> str:

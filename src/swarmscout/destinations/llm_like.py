@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarmscout.destinations.nearness import crowding
 from swarmscout.destinations.selector import Choice
@@ -40,15 +41,18 @@ class LlmLike:
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""
-        score = (
-            self.frontier_m * view.frontier_neighbours
-            - self.obstacle_m * view.obstacle_neighbours
-            - view.distances_m
-            - self.shyness_m * crowding(view.others.destinations_m, view, self.apart_m)
-        )
-        chosen = int(np.argmax(score))
+        chosen = int(np.argmax(self.scores(view)))
         reason = (
             f"{view.distances_m[chosen]:.1f} m away, {view.frontier_neighbours[chosen]} frontier "
             f"and {view.obstacle_neighbours[chosen]} obstacle neighbours"
         )
         return choice_of(view, chosen, reason)
+
+    def scores(self, view: LeaderView) -> NDArray[np.float64]:
+        """float64[F], the score of each frontier, in metres."""
+        return (
+            self.frontier_m * view.frontier_neighbours
+            - self.obstacle_m * view.obstacle_neighbours
+            - view.distances_m
+            - self.shyness_m * crowding(view.others.destinations_m, view, self.apart_m)
+        )

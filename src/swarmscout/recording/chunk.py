@@ -119,7 +119,7 @@ class Chunk:
             changes = self._changes.put(changes, record.step, record.map_cells, record.map_log_odds)
         if "decisions" in self._tables and record.decisions:
             # Details are written down now: a selector may go on using the mapping it gave.
-            told = [(d, _json(d)) for d in record.decisions]
+            told = [(d, _details(d)) for d in record.decisions]
             self._decisions[decisions:] = told
             decisions += len(told)
         self._coverage[at:] = [dict(record.coverage)]
@@ -247,7 +247,10 @@ class Chunk:
         )
 
 
-def _json(decision: Decision) -> str:
+def _details(decision: Decision) -> str:
+    """A decision's details as JSON; most have none."""
+    if not decision.details:
+        return "{}"
     try:
         return json.dumps(plain(decision.details), sort_keys=True)
     except RecursionError:

@@ -22,7 +22,7 @@ from swarmscout.recording.tables import empty_table
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["join_parts", "read_table", "write_part", "write_whole"]
+__all__ = ["join_parts", "read_table", "write_part", "write_table", "write_whole"]
 
 
 def write_whole(path: Path, data: bytes, durable: bool = True) -> None:
@@ -71,6 +71,15 @@ def write_part(folder: Path, table: str, part: int, frame: pl.DataFrame) -> None
                 parts.mkdir(exist_ok=True)
         file = parts / f"{table}-{part:06d}.parquet"
         write_whole(file, _parquet(frame), durable=False)
+
+
+def write_table(folder: Path, table: str, frame: pl.DataFrame) -> None:
+    """Write a table whole, as :func:`join_parts` would leave it.
+
+    Raises:
+        RunError: the table cannot be written.
+    """
+    write_whole(folder / f"{table}.parquet", _parquet(frame))
 
 
 def join_parts(folder: Path, tables: Iterable[str]) -> None:

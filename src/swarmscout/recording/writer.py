@@ -22,7 +22,7 @@ from swarmscout.mission.scenario_files import scenario_toml
 from swarmscout.recording.chunk import Chunk, plain
 from swarmscout.recording.kept_selector import keep_selector
 from swarmscout.recording.kept_world import keep_world
-from swarmscout.recording.parts import join_parts, write_part, write_whole
+from swarmscout.recording.parts import join_parts, write_part, write_table, write_whole
 from swarmscout.recording.run_folder import as_path, claim_folder
 from swarmscout.recording.tables import FORMAT, LEVELS, PART_STEPS, check_level
 
@@ -46,6 +46,8 @@ class RunWriter:
         level: ``full``, ``curves`` or ``summary``: see :data:`swarmscout.recording.tables.LEVELS`.
         whole_world: keep the world's rasters even if the scenario names a world that it could be;
             for a mission that was given a world which differs in its start only.
+        parts: close a part of each table every fifty steps. Without, tables are written once, at
+            the end: quicker, for missions that are run anew should they be killed.
 
     Raises:
         RunError: the level is unknown.
@@ -58,13 +60,19 @@ class RunWriter:
     """
 
     def __init__(
-        self, folder: str | Path | None = None, *, level: str = "full", whole_world: bool = False
+        self,
+        folder: str | Path | None = None,
+        *,
+        level: str = "full",
+        whole_world: bool = False,
+        parts: bool = True,
     ) -> None:
         self.folder = None if folder is None else as_path(folder)
         self.level = check_level(level)
         self.last_step = -1
         """The last step that :meth:`record` has taken; -1 before the first."""
         self._whole_world = whole_world
+        self._parts = parts
         self._tables = LEVELS[level]
         self._mission: Mission | None = None
         self._facts: dict[str, Any] = {}
@@ -94,7 +102,10 @@ class RunWriter:
         }
         if self._tables:
             robots = mission.scenario.robots
-            steps = max(1, min(PART_STEPS, _CHUNK_ROWS // robots, mission.scenario.steps + 1))
+            every = mission.scenario.steps + 1
+            most = PART_STEPS if self._parts else every
+            steps = max(1, min(most, _CHUNK_ROWS // robots, every))
+            self._parts = self._parts or steps < every
             self._chunk = Chunk(robots, steps, frame.columns, self._tables)
         if self.folder is not None:
             claim_folder(self.folder)
@@ -185,7 +196,9 @@ class RunWriter:
         if self._coverage_types is None:
             self._coverage_types = self._chunk.coverage_types()
         for table, frame in self._chunk.frames(self._coverage_types).items():
-            if self.folder is not None:
+            if self.folder is not None and not self._parts:
+                write_table(self.folder, table, frame)
+            elif self.folder is not None:
                 write_part(self.folder, table, self._part, frame)
             else:
                 frames = self._kept.setdefault(table, [])

@@ -1,0 +1,228 @@
+"""The measured pages of docs/, from committed studies.
+
+    python benchmarks/results.py [--jobs 2] [--only PAGE …] [--trials N] [--out runs/results]
+
+`scaling` and `paper` write docs/results.md, `selectors` the tables of docs/selectors.md. Missions
+that were run before with the same rules are not run again; --trials 1 is for trying the command.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import polars as pl
+from pages import write_section
+
+from swarmscout.cli.study import run_and_show
+from swarmscout.destinations.registry import RECOMMENDED
+from swarmscout.reproduction.catalogue import FIGURES, reproduce
+from swarmscout.reproduction.options import Options
+from swarmscout.studies.blocks import Block, Heading, Picture, Table, Text
+from swarmscout.studies.comparison import Arm, arms_of, compare
+from swarmscout.studies.figures import curve_with_band
+from swarmscout.studies.report import write_report
+from swarmscout.studies.scaling import scaling_picture
+from swarmscout.studies.study import Study
+from swarmscout.studies.table import curves
+from swarmscout.studies.words import p_words, told_world, with_interval
+
+AT_STEPS = (100, 200)
+SCALING = {
+    "scaling-robots": ("explored_m2", "overlap_ratio", "limit_share", "step_ms"),
+    "scaling-team-size": ("explored_m2", "overlap_ratio", "turn_share", "blocked_share"),
+    "scaling-charge": ("explored_m2", "charges", "stranded", "distance_m"),
+}
+
+
+def run(name: str, arguments: argparse.Namespace) -> Study:
+    """Run a committed study to its end, and write its report."""
+    study = Study.load(f"studies/{name}.toml", arguments.out / name, trials=arguments.trials)
+    if run_and_show(study, jobs=arguments.jobs):
+        raise SystemExit(f"missions of {name} failed")
+    print(write_report(study), flush=True)
+    return study
+
+
+def said(study: Study) -> Text:
+    """What was run, in a paragraph."""
+    frame = study.frame()
+    worlds = frame.select("world", "world_seed").unique().height
+    declared = study.declared
+    return Text(
+        f"`swarmscout study studies/{declared.name}.toml`: {frame.height} missions in {worlds} "
+        f"worlds, seeds {declared.first_seed} to {declared.first_seed + declared.trials - 1}; "
+        "means with 95 % intervals that rest on worlds; swarmscout "
+        f"{study.versions['version']}, rules version {study.versions['rules_version']}."
+    )
+
+
+def scaling(arguments: argparse.Namespace) -> None:
+    """Curves over robots, team size and charge."""
+    blocks: list[Block] = []
+    for name, metrics in SCALING.items():
+        study = run(name, arguments)
+        frame = study.frame()
+        (axis,) = [axis for axis in study.settings if axis.is_number]
+        picture = scaling_picture(study, frame, axis, metrics, only=True)
+        blocks += [
+            Heading(study.declared.title.removeprefix("Scaling: ").capitalize(), 3),
+            Text(study.declared.question),
+            said(study),
+            replace(picture, name=name),
+            gains(study, frame, axis.name),
+        ]
+    write_section(Path("docs/results.md"), "scaling", blocks)
+
+
+def gains(study: Study, frame: pl.DataFrame, axis: str) -> Table:
+    """Ratios to the baseline for each value of an axis."""
+    rows = [
+        [str(p.setting[0]), f"`{p.label}`", str(p.n), with_interval(p.ratio), p_words(p.p_holm)]
+        for p in compare(study, frame)
+    ]
+    return Table([axis, "rule", "pairs", "times `quantile`", "p"], rows)
+
+
+def paper(arguments: argparse.Namespace) -> None:
+    """Every figure of the paper beside what it claims."""
+    options = Options(
+        out=arguments.out / "paper",
+        run_study=lambda study: run_and_show(study, jobs=arguments.jobs),
+        quick=arguments.trials == 1,
+    )
+    blocks: list[Block] = []
+    made = reproduce(list(FIGURES), options, lambda name, page: print(page, flush=True))
+    for name, its in made:
+        shown = [replace(b, name=f"paper-{name}") if isinstance(b, Picture) else b for b in its]
+        blocks += [Heading(FIGURES[name].title, 3), *shown]
+        blocks.append(Text(f"`swarmscout reproduce {name}`"))
+    write_section(Path("docs/results.md"), "paper", blocks)
+
+
+def selectors(arguments: argparse.Namespace) -> None:
+    """The tables of all selectors."""
+    study = run("selectors", arguments)
+    frame = study.frame()
+    areas = curves(study, frame)
+    arms = {str(arm.label): arm for arm in arms_of(study, frame, "explored_m2")}
+    limit = {str(arm.label): arm.mean for arm in arms_of(study, frame, "limit_share")}
+    base = {str(p.label): p for p in compare(study, frame)}
+    rows = []
+    for name, arm in sorted(arms.items(), key=lambda item: item[1].mean.value):
+        changed = study.changed({"compare": {"axis": "destinations", "baseline": name}})
+        over = {str(p.label): p for p in compare(changed, frame)}
+        early = [f"{mean_at(arm, areas, step):.0f}" for step in AT_STEPS]
+        rows.append(
+            [
+                f"`{name}`", *early, with_interval(arm.mean),
+                with_interval(base[name].ratio) if name in base else "1",
+                f"{100 * limit[name].value:.1f} %",
+                with_interval(over[RECOMMENDED].ratio) if RECOMMENDED in over else "1",
+            ]
+        )  # fmt: skip
+    heads = [*(f"m² at {step}" for step in AT_STEPS), "m² at 300"]
+    blocks: list[Block] = [
+        Heading("Explored area", 3),
+        said(study),
+        Text(
+            "N = 15, desired team size 5, from one place, limited charge. **Limit**: share of what "
+            "15 robots that drive straight in the open would map (measured). The last column is "
+            f"the area of `{RECOMMENDED}` over that of the row."
+        ),
+        Table(["selector", *heads, "times `quantile`", "limit", f"`{RECOMMENDED}` over it"], rows),
+        Text(f"`{RECOMMENDED}` over `quantile` by world (intervals rest on seeds):"),
+        by_world(study, frame),
+    ]
+    write_section(Path("docs/selectors.md"), "explored area", blocks)
+    study = run("selectors-settings", arguments)
+    frame = study.frame()
+    found = {(p.setting[0], str(p.label)): p for p in compare(study, frame)}
+    cells = {(a.setting[0], str(a.label)): a for a in arms_of(study, frame, "explored_m2")}
+    settings = study.settings[0].labels
+    rows = []
+    for label in study.compared.labels:
+        row = [f"`{label}`"]
+        for setting in settings:
+            ratio = found.get((setting, str(label)))
+            times = with_interval(ratio.ratio) if ratio is not None else "1"
+            row.append(f"{cells[setting, str(label)].mean.value:.0f}: {times}")
+        rows.append(row)
+    blocks = [
+        Heading("Other starts and team sizes", 3),
+        said(study),
+        Text("Area in m² after 300 steps, and times `quantile` in the same setting."),
+        Table(["selector", *map(str, settings)], rows),
+    ]
+    write_section(Path("docs/selectors.md"), "settings", blocks)
+    members(arguments)
+
+
+def members(arguments: argparse.Namespace) -> None:
+    """Members that fan out beside members that share, for each rule and setting."""
+    study = run("members", arguments)
+    frame = study.frame()
+    axes = {axis.name: axis for axis in study.settings}
+    at = {axis.name: place for place, axis in enumerate(study.settings)}
+    found = {
+        (p.setting[at["setting"]], p.setting[at["destinations"]]): p for p in compare(study, frame)
+    }
+    area = {
+        (a.setting[at["setting"]], a.setting[at["destinations"]]): a
+        for a in arms_of(study, frame, "explored_m2")
+        if a.label == "fan"
+    }
+    settings = axes["setting"].labels
+    rows = [
+        [
+            f"`{rule}`",
+            *(
+                f"{area[setting, rule].mean.value:.0f}: {with_interval(found[setting, rule].ratio)}"
+                for setting in settings
+            ),
+        ]
+        for rule in axes["destinations"].labels
+    ]
+    blocks: list[Block] = [
+        Heading("Members that fan out", 3),
+        said(study),
+        Text("Area in m² with `teams.members=fan`, and times the same rule with `shared`."),
+        Table(["selector", *map(str, settings)], rows),
+    ]
+    write_section(Path("docs/selectors.md"), "members", blocks)
+
+
+def mean_at(arm: Arm, areas, step: int) -> float:  # type: ignore[no-untyped-def]
+    """Mean explored area of an arm after a step, over worlds."""
+    return float(curve_with_band(areas[arm.rows], arm.worlds)[0][step])
+
+
+def by_world(study: Study, frame: pl.DataFrame) -> Table:
+    """The recommended selector over the baseline in each world alone."""
+    from swarmscout.studies.comparison import compare_arms
+
+    chosen = frame.filter(pl.col("destinations").is_in([RECOMMENDED, "quantile"]))
+    alone = [p for whole, its in compare_arms(study, chosen) for p in its]
+    rows = [[f"`{told_world(p.world)}`", str(p.n), with_interval(p.ratio)] for p in alone]
+    return Table(["world", "pairs", "times `quantile`"], rows)
+
+
+PAGES = {"scaling": scaling, "paper": paper, "selectors": selectors}
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Measure, and write each section as soon as it is done."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--only", nargs="+", choices=list(PAGES), default=list(PAGES))
+    parser.add_argument("--trials", type=int)
+    parser.add_argument("--out", type=Path, default=Path("runs/results"))
+    arguments = parser.parse_args(argv)
+    for name in arguments.only:
+        PAGES[name](arguments)
+
+
+if __name__ == "__main__":
+    main()

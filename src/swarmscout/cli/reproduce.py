@@ -1,0 +1,52 @@
+"""``swarmscout reproduce``: the paper's figures from our own runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+__all__ = ["reproduce"]
+
+
+def reproduce(
+    name: str = "all",
+    /,
+    *,
+    out: Annotated[Path, Parameter(metavar="DIR")] = Path("runs/paper"),
+    jobs: Annotated[int | None, Parameter(show_default=False)] = None,
+    destinations: str = "llm-like",
+    quick: bool = False,
+) -> int:
+    """Reproduce a figure of the paper: a page with the paper's claim and our result beside it.
+
+    Figures: sensor, gridmap, team-formation, baseline, llm-vs-baseline, reasoning, target-stats,
+    scale-50, scale-100.
+
+    Args:
+        name: a figure, or all.
+        out: where the pages go, a folder for each figure.
+        jobs: processes for the studies; by default as many as there are cores.
+        destinations: the selector in the place of the paper's language model.
+        quick: small counts, to see that everything works; titles say so.
+    """
+    from swarmscout.cli.compiling import say_if_compiling
+    from swarmscout.cli.study import run_and_show
+    from swarmscout.core.errors import StudyError
+    from swarmscout.reproduction.catalogue import figures_named
+    from swarmscout.reproduction.catalogue import reproduce as make
+    from swarmscout.reproduction.options import Options
+    from swarmscout.studies.study import Study
+
+    names = figures_named(name)
+    say_if_compiling()
+
+    def run_study(study: Study) -> None:
+        failed = run_and_show(study, jobs=jobs)
+        if failed:
+            raise StudyError(f"{failed} missions of '{study.declared.name}' failed")
+
+    options = Options(out=out, run_study=run_study, quick=quick, selector=destinations)
+    make(names, options, lambda figure, page: print(f"{figure}: {page}", flush=True))
+    return 0

@@ -1,0 +1,107 @@
+"""The paper's figures by name, and their pages."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from swarmscout.core.errors import StudyError, did_you_mean
+from swarmscout.core.version import package_version
+from swarmscout.mission.mission import RULES_VERSION
+from swarmscout.reproduction import comparing, missions, sensing
+from swarmscout.reproduction.options import Options
+from swarmscout.reproduction.reasoning import reasoning
+from swarmscout.studies.blocks import Block, Code, Heading, Text
+from swarmscout.studies.report import write_pages
+
+__all__ = ["FIGURES", "PaperFigure", "figures_named", "reproduce"]
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A figure of the paper.
+
+    Attributes:
+        title: what it shows.
+        make: makes its blocks.
+    """
+
+    title: str
+    make: Callable[[Options], list[Block]]
+
+
+FIGURES: dict[str, PaperFigure] = {
+    "sensor": PaperFigure("The ray sensor (Fig. 1a)", sensing.sensor),
+    "gridmap": PaperFigure("The occupancy grid (Fig. 1b)", sensing.gridmap),
+    "team-formation": PaperFigure("Self-organized teams (Fig. 2)", missions.team_formation),
+    "baseline": PaperFigure("Exploration by the baseline (Fig. 3)", missions.baseline),
+    "llm-vs-baseline": PaperFigure(
+        "Explored area: LLM and baseline (Fig. 4)", comparing.llm_vs_baseline
+    ),
+    "reasoning": PaperFigure("One decision in full (Fig. 5)", reasoning),
+    "target-stats": PaperFigure("What kind of cells are chosen (Fig. 6)", comparing.target_stats),
+    "scale-50": PaperFigure("50 robots (Fig. 7)", missions.scale_50),
+    "scale-100": PaperFigure("100 robots (Fig. 8)", missions.scale_100),
+}
+
+
+def figures_named(name: str) -> list[str]:
+    """One figure, or every one for ``all``.
+
+    Raises:
+        StudyError: there is no such figure.
+    """
+    if name == "all":
+        return list(FIGURES)
+    if name not in FIGURES:
+        raise StudyError(
+            f"the paper has no figure '{name}': {did_you_mean(name, [*FIGURES, 'all'])}"
+        )
+    return [name]
+
+
+def reproduce(
+    names: Sequence[str], options: Options, told: Callable[[str, Path], None]
+) -> list[tuple[str, list[Block]]]:
+    """Reproduce figures, each with a page of its own in a folder of its name.
+
+    Args:
+        names: of :data:`FIGURES`.
+        options: ``out`` is the folder of all of them.
+        told: called with each figure's name and page when it is there.
+
+    Returns:
+        What stands on the pages.
+
+    Raises:
+        SwarmscoutError: a mission cannot be run, or a page cannot be written.
+    """
+    pages = []
+    for name in names:
+        figure = FIGURES[name]
+        its = replace(options, out=options.out / name)
+        its.out.mkdir(parents=True, exist_ok=True)
+        blocks = figure.make(its)
+        page = write_pages(
+            its.out,
+            figure.title,
+            [Heading(figure.title, 1), *blocks, *_how(name, options)],
+            name="page",
+        )
+        told(name, page)
+        pages.append((name, blocks))
+    return pages
+
+
+def _how(name: str, options: Options) -> list[Block]:
+    quick = " --quick" if options.quick else ""
+    return [
+        Heading("How it was made"),
+        Code(f"swarmscout reproduce {name}{quick} --destinations {options.selector}"),
+        Text(
+            f"swarmscout {package_version()}, rules version {RULES_VERSION}, Python "
+            f"{platform.python_version()}. The paper: H. Kawashima et al., AROB-ISBC 2026."
+        ),
+    ]

@@ -1,0 +1,330 @@
+"""A study's file: the question, the metric and the comparison, declared before anything runs.
+
+What a study runs is a base scenario with some keys changed, every combination of the axes' values,
+and for each of them the same seeds.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import tomli_w
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from swarmscout.core.errors import StudyError, did_you_mean
+from swarmscout.mission.scenario_files import named_scenarios
+from swarmscout.mission.scenario_keys import scenario_keys
+from swarmscout.studies.metrics import METRICS
+
+__all__ = [
+    "PLACE_KEYS",
+    "Axis",
+    "AxisValue",
+    "Comparison",
+    "StudyFile",
+    "absolute",
+    "base_of",
+    "changes_of",
+    "checked",
+    "read_study_file",
+    "study_toml",
+]
+
+PLACE_KEYS = ("world", "world_seed", "seed")
+"""Keys that say where and with which luck a mission runs: pairs agree in them."""
+
+
+class Comparison(BaseModel):
+    """What is compared with what."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    axis: str = Field(min_length=1, description="the axis whose values are compared")
+    baseline: str | bool | int | float = Field(description="the value that others are compared to")
+
+
+class StudyFile(BaseModel):
+    """The declared part of a study, as it stands in the file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", description="names the folder")
+    title: str = Field("", description="the report's title; by default the name")
+    question: str = Field(min_length=1, description="what is asked, in a sentence")
+    metric: str = Field("explored_m2", description="what decides the question")
+    base: str = Field("paper", description="the scenario that all missions start from")
+    trials: int = Field(20, ge=1, le=1_000_000, description="missions of each combination")
+    first_seed: int = Field(0, ge=0, description="their seeds count up from here")
+    record: Literal["full", "curves", "summary"] = Field("curves", description="what runs keep")
+    compare: Comparison
+    scenario: dict[str, Any] = Field(default_factory=dict, description="changes of the base")
+    axes: dict[str, list[Any]] = Field(min_length=1, description="keys and their values")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _dotted_axes(cls, data: Any) -> Any:
+        """In TOML ``teams.desired_size = [1, 5]`` is a table in a table: one axis to us."""
+        if isinstance(data, dict) and isinstance(data.get("axes"), dict):
+            data = {**data, "axes": dict(_flat(data["axes"]))}
+        return data
+
+
+class AxisValue:
+    """One value of an axis: its label, and the scenario keys that it sets.
+
+    Attributes:
+        label: what tables and figures call it; a number for an axis of numbers.
+        keys: dotted scenario keys and their values.
+    """
+
+    def __init__(self, label: str | int | float | bool, keys: Mapping[str, Any]) -> None:
+        self.label = label
+        self.keys = dict(keys)
+
+
+class Axis:
+    """A name and its values.
+
+    Attributes:
+        name: a scenario key, or any name when its values are tables.
+        values: in the file's order.
+    """
+
+    def __init__(self, name: str, values: list[AxisValue]) -> None:
+        self.name = name
+        self.values = values
+
+    @property
+    def keys(self) -> set[str]:
+        """Every scenario key that some value sets."""
+        return {key for value in self.values for key in value.keys}
+
+    @property
+    def labels(self) -> list[str | int | float | bool]:
+        """The values' labels."""
+        return [value.label for value in self.values]
+
+    @property
+    def is_place(self) -> bool:
+        """Whether the axis says where missions run, and not how."""
+        return self.keys <= set(PLACE_KEYS)
+
+    @property
+    def is_number(self) -> bool:
+        """Whether its labels are numbers."""
+        return all(
+            isinstance(label, int | float) and not isinstance(label, bool) for label in self.labels
+        )
+
+
+def read_study_file(path: str | Path) -> tuple[StudyFile, list[Axis], Path]:
+    """Read and check a study's file.
+
+    Args:
+        path: the file; or a study's folder, which holds one.
+
+    Returns:
+        What it declares; its axes; and the folder for relative paths in it.
+
+    Raises:
+        StudyError: in one line, what is wrong and what would be right.
+    """
+    file = Path(path)
+    if file.is_dir():
+        if not (file / "study.toml").exists():
+            raise StudyError(f"'{file}' is no study's folder: it has no study.toml")
+        file = file / "study.toml"
+    where = f"study file '{file}'"
+    try:
+        data = tomllib.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise StudyError(f"{where} does not exist") from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
+        raise StudyError(f"{where} cannot be read: {reason}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise StudyError(f"{where} is not valid TOML: {error}") from None
+    data.pop("swarmscout", None)  # A study's folder says here which version wrote it.
+    try:
+        return checked(data, file.resolve().parent)
+    except StudyError as error:
+        raise StudyError(f"{where}: {error}") from None
+
+
+def checked(data: Mapping[str, Any], folder: Path) -> tuple[StudyFile, list[Axis], Path]:
+    """What a study's data declare; its axes; and the folder, as it was given.
+
+    Raises:
+        StudyError: in one line, what is wrong and what would be right.
+    """
+    try:
+        declared = StudyFile.model_validate(data)
+    except ValidationError as error:
+        raise StudyError(_explain(error)) from None
+    axes = [_axis(name, values) for name, values in declared.axes.items()]
+    _check(declared, axes)
+    return declared, axes, folder
+
+
+def study_toml(declared: StudyFile, folder: Path, header: Mapping[str, Any]) -> str:
+    """A study's file that means the same when it is kept elsewhere.
+
+    Args:
+        declared: what to write.
+        folder: what relative paths are relative to; files that exist there become absolute.
+        header: facts on who wrote it, kept in a table that readers skip.
+    """
+    data = declared.model_dump()
+    data["base"] = absolute(data["base"], folder)
+    _make_absolute(data["scenario"], folder)
+    for name, values in data["axes"].items():
+        for at, value in enumerate(values):
+            if isinstance(value, dict):
+                _make_absolute(value, folder)
+            elif name in _PATH_KEYS:
+                values[at] = absolute(value, folder)
+    return tomli_w.dumps({**data, "swarmscout": dict(header)})
+
+
+_PATH_KEYS = ("world", "destinations")
+
+
+def _make_absolute(keys: dict[str, Any], folder: Path) -> None:
+    for key in _PATH_KEYS:
+        if key in keys:
+            keys[key] = absolute(keys[key], folder)
+
+
+def absolute(value: Any, folder: Path) -> Any:
+    """A path that exists in a folder, or ``FILE.py:NAME`` whose file does, made absolute."""
+    if not isinstance(value, str):
+        return value
+    path, colon, name = value.rpartition(":")
+    if colon and path.endswith(".py"):
+        return f"{(folder / path).resolve()}:{name}" if (folder / path).is_file() else value
+    looks_like_one = bool(Path(value).suffix) or len(Path(value).parts) > 1
+    return (
+        str((folder / value).resolve()) if looks_like_one and (folder / value).exists() else value
+    )
+
+
+def _axis(name: str, values: list[Any]) -> Axis:
+    known = {key for key, _, _ in scenario_keys()}
+    if not values:
+        raise StudyError(f"axis '{name}' has no values")
+    tables = [isinstance(value, dict) for value in values]
+    if name in known and not all(tables):
+        # A table among plain values says its own label: { label = …, value = … } has no use yet.
+        if any(tables):
+            raise StudyError(f"axis '{name}' mixes tables and plain values: write one or the other")
+        axis = Axis(name, [AxisValue(_plain_label(name, v), {name: v}) for v in values])
+    elif all(tables):
+        axis = Axis(name, [_joint_value(name, dict(value)) for value in values])
+    else:
+        near = did_you_mean(name, known)
+        raise StudyError(
+            f"axis '{name}' is no scenario key: {near} (an axis of another name needs tables as "
+            'values: { label = "…", KEY = VALUE })'
+        )
+    labels = [str(label) for label in axis.labels]
+    doubled = next((label for label in labels if labels.count(label) > 1), None)
+    if doubled is not None:
+        raise StudyError(f"axis '{name}' has the value {doubled} twice")
+    return axis
+
+
+def _plain_label(name: str, value: Any) -> str | int | float | bool:
+    if isinstance(value, bool | int | float):
+        return value
+    if isinstance(value, str):
+        return _short(name, value)
+    raise StudyError(f"axis '{name}': {value!r} is no number, text or table")
+
+
+def _short(key: str, value: str) -> str:
+    """``rules/my.py:Far`` as Far and ``maps/cave.yaml`` as cave; anything else as it is."""
+    path, colon, name = value.rpartition(":")
+    if colon and path.endswith(".py"):
+        return name
+    is_path = key == "world" and (Path(value).suffix or len(Path(value).parts) > 1)
+    return Path(value).stem if is_path else value
+
+
+def _joint_value(name: str, keys: dict[str, Any]) -> AxisValue:
+    label = keys.pop("label", None)
+    if not isinstance(label, str | int | float):
+        raise StudyError(f"axis '{name}': every table needs a label")
+    if not keys:
+        raise StudyError(f"axis '{name}', value '{label}': no scenario key is set")
+    return AxisValue(label, dict(_flat(keys)))
+
+
+def _flat(keys: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Sections of a scenario as dotted keys; a selector's parameters stay one mapping."""
+    for key, value in keys.items():
+        if isinstance(value, Mapping) and prefix + key != "selector":
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value
+
+
+def _check(declared: StudyFile, axes: list[Axis]) -> None:
+    if declared.metric not in METRICS:
+        raise StudyError(
+            f"metric '{declared.metric}' is unknown: {did_you_mean(declared.metric, METRICS)}"
+        )
+    by_name = {axis.name: axis for axis in axes}
+    compared = by_name.get(declared.compare.axis)
+    if compared is None:
+        near = did_you_mean(declared.compare.axis, by_name)
+        raise StudyError(f"compare.axis '{declared.compare.axis}' is no axis: {near}")
+    if str(declared.compare.baseline) not in map(str, compared.labels):
+        near = did_you_mean(str(declared.compare.baseline), map(str, compared.labels))
+        raise StudyError(
+            f"compare.baseline '{declared.compare.baseline}' is no value of axis "
+            f"'{compared.name}': {near}"
+        )
+    if len(compared.values) < 2:
+        raise StudyError(f"axis '{compared.name}' has one value: there is nothing to compare")
+    if "seed" in compared.keys:
+        raise StudyError("seeds make the pairs: they cannot be what is compared")
+    seeds = [axis.name for axis in axes if "seed" in axis.keys]
+    if seeds or "seed" in declared.scenario:
+        where = f"axis '{seeds[0]}'" if seeds else "[scenario]"
+        raise StudyError(f"{where} sets 'seed': say trials and first_seed instead")
+    owner: dict[str, str] = {}
+    for axis in axes:
+        for key in axis.keys:
+            if owner.setdefault(key, axis.name) != axis.name:
+                raise StudyError(f"axes '{owner[key]}' and '{axis.name}' both set '{key}'")
+
+
+def base_of(declared: StudyFile, folder: Path) -> str | Path:
+    """The base scenario's name or file."""
+    beside = folder / declared.base
+    return declared.base if declared.base in named_scenarios() or not beside.exists() else beside
+
+
+def changes_of(declared: StudyFile, folder: Path) -> dict[str, Any]:
+    """What the study changes in its base, as dotted keys; files are named by absolute paths."""
+    keys = dict(_flat(declared.scenario))
+    _make_absolute(keys, folder)
+    return keys
+
+
+def _explain(error: ValidationError) -> str:
+    """The first thing that is wrong, in one line."""
+    first = error.errors(include_url=False)[0]
+    key = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "extra_forbidden":
+        section: type[BaseModel] = Comparison if "." in key else StudyFile
+        return f"unknown key '{key}': {did_you_mean(str(first['loc'][-1]), section.model_fields)}"
+    if first["type"] == "missing":
+        description = StudyFile.model_fields.get(key)
+        meaning = f" ({description.description})" if description and description.description else ""
+        return f"key '{key}' is missing{meaning}"
+    message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
+    return f"key '{key}' = {first['input']!r}: {message}"

@@ -1,0 +1,79 @@
+"""Every figure of the paper, in small."""
+
+import re
+import xml.etree.ElementTree as ElementTree
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+
+import pytest
+
+from swarmscout.cli.app import main
+from swarmscout.core.errors import StudyError
+from swarmscout.reproduction.catalogue import FIGURES, figures_named, reproduce
+from swarmscout.reproduction.options import Options
+from swarmscout.studies.running import run_study
+
+
+class InThisProcess:
+    width = 1
+
+    @contextmanager
+    def open(self):
+        with ThreadPoolExecutor(1) as pool:
+            yield pool
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """Every page, by its figure's name."""
+    found = {}
+    out = tmp_path_factory.mktemp("paper")
+    options = Options(
+        out=out, run_study=lambda study: run_study(study, InThisProcess()), quick=True,
+        selector="llm-like",
+    )  # fmt: skip
+    reproduce(list(FIGURES), options, found.__setitem__)
+    return found
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_figure_stands_beside_the_papers_claim(pages, name):
+    twin = pages[name].with_suffix(".md").read_text(encoding="utf-8")
+    assert "**The paper:**" in twin
+    assert "**Here:**" in twin
+    assert f"swarmscout reproduce {name} --quick" in twin
+    pictures = re.findall(r"\]\((figures/[\w-]+)\.svg\)", twin)
+    assert pictures
+    for picture in pictures:
+        ElementTree.parse(pages[name].parent / f"{picture}.svg")
+        assert (pages[name].parent / f"{picture}.pdf").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("name", ["llm-vs-baseline", "reasoning", "target-stats", "scale-100"])
+def test_it_is_said_when_no_language_model_was_asked(pages, name):
+    twin = pages[name].with_suffix(".md").read_text(encoding="utf-8")
+    assert "no language model was asked" in twin
+    assert "quick: small counts, no result" in twin
+
+
+def test_the_comparison_says_how_little_five_trials_show(pages):
+    twin = pages["llm-vs-baseline"].with_suffix(".md").read_text(encoding="utf-8")
+    assert "cannot come below 0.05" in twin
+    for rule in ("nearest", "utility", "information-gain", "minpos", "hungarian"):
+        assert f"`{rule}`" in twin
+    assert (pages["llm-vs-baseline"].parent / "study" / "report.html").exists()
+
+
+def test_another_rule_can_stand_in_the_models_place(tmp_path):
+    options = Options(out=tmp_path, run_study=None, quick=True, selector="multi-criteria")
+    ((_, blocks),) = reproduce(["reasoning"], options, lambda name, page: None)
+    told = " ".join(getattr(block, "text", "") for block in blocks)
+    assert "by multi-criteria" in told
+    assert "no language model was asked" not in told
+
+
+def test_unknown_figures_are_one_line(capsys):
+    with pytest.raises(StudyError, match="did you mean 'sensor'"):
+        figures_named("sensors")
+    assert main(["reproduce", "sensors"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

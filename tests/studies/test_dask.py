@@ -1,0 +1,128 @@
+"""The same studies on a real Dask cluster: a scheduler and two workers, each a process."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from small_studies import InThisProcess
+
+from swarmscout.recording.run import Run
+from swarmscout.studies.running import run_study
+
+pytest.importorskip("distributed", reason="no dask.distributed here: pip install distributed")
+
+TRIALS = 40
+
+
+class Cluster:
+    def __init__(self, folder):
+        self.folder = folder
+        self.processes = []
+        log = self.start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+        self.scheduler = self.processes[0]
+        self.address = until(lambda: re.search(r"tcp://127\.0\.0\.1:\d+", log.read_text()))[0]
+        self.workers = [self.worker(), self.worker()]
+
+    def start(self, kind, *words):
+        log = self.folder / f"{kind}-{len(self.processes)}.log"
+        command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *words]
+        with open(log, "w") as file:
+            self.processes.append(
+                subprocess.Popen(command, cwd=self.folder, stdout=file, stderr=file)
+            )
+        return log
+
+    def worker(self):
+        self.start(
+            "worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard",
+            "--host", "127.0.0.1", "--death-timeout", "20",
+        )  # fmt: skip
+        return self.processes[-1]
+
+    def stop(self):
+        for process in self.processes:
+            process.kill()
+            process.wait()
+
+
+def until(condition, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end, "it did not happen"
+        time.sleep(0.05)
+    return found
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    found = Cluster(tmp_path_factory.mktemp("cluster"))
+    yield found
+    found.stop()
+
+
+def study_process(folder, cluster):
+    command = [
+        sys.executable, "-m", "swarmscout", "study", "study.toml", "--out", "out", "--no-report",
+        "--engine", "dask", "--scheduler", cluster.address,
+    ]  # fmt: skip
+    return subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+@pytest.mark.slow
+def test_a_cluster_loses_nothing(tmp_path, make_study, cluster):
+    study = make_study(trials=TRIALS)  # Writes the file, too.
+    client = study_process(tmp_path, cluster)
+    until(lambda: len(study.folder.finished()) > 4)
+    os.kill(cluster.workers[0].pid, signal.SIGKILL)
+    before = len(study.folder.finished())
+    until(lambda: len(study.folder.finished()) > before + 4)
+    client.kill()
+    client.communicate()
+    before = study.folder.finished()
+    assert 8 < len(before) < 2 * TRIALS
+
+    stamps = {name: study.folder.run(name).stat().st_mtime_ns for name in before}
+    out, err = study_process(tmp_path, cluster).communicate(timeout=120)
+    assert study.failures() == [], err
+    assert study.frame()["status"].to_list() == ["finished"] * 2 * TRIALS, out + err
+    assert {name: study.folder.run(name).stat().st_mtime_ns for name in before} == stamps
+
+    local = make_study(trials=2, out="local")
+    run_study(local, InThisProcess())
+    for mission in local.missions:
+        there, here = (s.folder.run(mission.name) for s in (study, local))
+        assert Run.open(there).finished
+        assert (there / "coverage.parquet").read_bytes() == (here / "coverage.parquet").read_bytes()
+
+
+@pytest.mark.slow
+def test_a_lost_scheduler_is_one_line(tmp_path, make_study, cluster):
+    """The last test that the cluster serves."""
+    study = make_study(trials=TRIALS)
+    client = study_process(tmp_path, cluster)
+    until(lambda: len(study.folder.finished()) > 2)
+    cluster.scheduler.kill()
+    _, err = client.communicate(timeout=90)
+    assert client.returncode == 2
+    last = err.strip().splitlines()[-1]
+    assert "the engine of the study is lost" in last
+    assert "the same command goes on" in last
+    assert "Traceback" not in err
+
+
+def test_nobody_at_the_address_is_one_line(tmp_path, make_study):
+    make_study()
+    command = [
+        sys.executable, "-m", "swarmscout", "study", "study.toml", "--engine", "dask",
+        "--scheduler", "tcp://127.0.0.1:9",
+    ]  # fmt: skip
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert "no Dask scheduler answers at 'tcp://127.0.0.1:9'" in done.stderr
+    assert "Traceback" not in done.stderr
