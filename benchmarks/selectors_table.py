@@ -228,7 +228,7 @@ def cost_table(repeats: int) -> Iterator[str]:
         )
 
 
-def write_section(page: Path, title: str, text: str) -> None:
+def write_section(page: Path, title: str, text: str, order: tuple[str, ...] = SECTIONS) -> None:
     """Put a section between the page's markers, in the place of the one with the same title."""
     before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
     inside, _, after = rest.partition(END)
@@ -237,7 +237,7 @@ def write_section(page: Path, title: str, text: str) -> None:
         heading, _, body = part.partition("\n")
         sections[heading.strip()] = body.strip()
     sections[title] = text
-    body = "\n\n".join(f"### {t}\n\n{sections[t]}" for t in SECTIONS if t in sections)
+    body = "\n\n".join(f"### {t}\n\n{sections[t]}" for t in order if t in sections)
     page.write_text(f"{before}{BEGIN}\n\n{body}\n\n{END}{after}", encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""Policies are found by name and by file, asked once a step, and their mistakes told in one line."""
+"""Policies are found by name and by file, and their mistakes told in one line."""
 
 from __future__ import annotations
 
@@ -157,16 +157,13 @@ def test_lists_and_other_whole_numbers_will_do() -> None:
 def test_desired_sizes_are_kept_to() -> None:
     world = small_world(1)
     for size in (1, 2, 4):
-        scenario = ss.Scenario.model_validate(
-            {"robots": 10, "steps": 60, "destinations": "nearest"}
-        )
+        scenario = ss.Scenario(robots=10, steps=60, destinations="nearest")
         mission = ss.Mission(scenario, world=world, policy=Pairs(size))
         largest = 1
         for _ in range(60):
             mission.step()
-            largest = max(
-                largest, *np.bincount(np.unique(mission.minds.team, return_inverse=True)[1])
-            )
+            _, sizes = np.unique(mission.minds.team, return_counts=True)
+            largest = max(largest, *sizes)
         assert largest == size
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from swarmscout.core.errors import PolicyError
 from swarmscout.core.rules import RuleKind
+from swarmscout.teams.by_crowd import ByCrowd
 from swarmscout.teams.by_mode import ByMode
 from swarmscout.teams.policy import DesiredSizePolicy
 
@@ -22,7 +23,7 @@ POLICIES: RuleKind[DesiredSizePolicy] = RuleKind(
     face=DesiredSizePolicy,  # type: ignore[type-abstract]
     error=PolicyError,
     group="swarmscout.policies",
-    built_in={"by-mode": ByMode},
+    built_in={"by-mode": ByMode, "by-crowd": ByCrowd},
 )
 
 

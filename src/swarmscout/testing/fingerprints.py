@@ -76,9 +76,9 @@ def _fields(value: Any) -> dict[str, Any]:
     }
 
 
-def global_states() -> dict[str, str]:
-    """The global generators' states, as text."""
-    return {"random": repr(random.getstate()), "numpy.random": repr(np.random.get_state())}  # noqa: NPY002
+def global_states() -> dict[str, Any]:
+    """The global generators' states, for comparing."""
+    return {"random": random.getstate(), "numpy.random": fingerprint(np.random.get_state())}  # noqa: NPY002
 
 
 def kind_of(value: Any) -> str:

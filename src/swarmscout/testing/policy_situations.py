@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from swarmscout.testing.small_worlds import small_world
 __all__ = ["PolicySituation", "policy_situations", "short_mission"]
 
 DESIRED_SIZE = 5
+_cave = cache(small_world)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +71,7 @@ def short_mission(
         heard: NDArray[np.bool_] = (i + j + step) % 3 != 0
         return heard
 
-    world = small_world(seed)
+    world = _cave(seed)
     return Mission(scenario, world=world, links=links if own_maps else None, policy=policy)
 
 
