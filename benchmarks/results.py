@@ -2,7 +2,7 @@
 
     python benchmarks/results.py [--jobs 2] [--only PAGE …] [--trials N] [--out runs/results]
 
-`scaling` and `paper` write docs/results.md, `selectors` the tables of docs/selectors.md. Missions
+`scaling` and `paper` write docs/results.md, `selectors` and `policies` the tables of their pages. Missions
 that were run before with the same rules are not run again; --trials 1 is for trying the command.
 """
 
@@ -21,7 +21,7 @@ from swarmscout.destinations.registry import RECOMMENDED
 from swarmscout.reproduction.catalogue import FIGURES, reproduce
 from swarmscout.reproduction.options import Options
 from swarmscout.studies.blocks import Block, Heading, Picture, Table, Text
-from swarmscout.studies.comparison import Arm, arms_of, compare
+from swarmscout.studies.comparison import Arm, Label, Pairs, arms_of, compare
 from swarmscout.studies.figures import curve_with_band
 from swarmscout.studies.report import write_report
 from swarmscout.studies.scaling import scaling_picture
@@ -194,6 +194,38 @@ def members(arguments: argparse.Namespace) -> None:
     write_section(Path("docs/selectors.md"), "members", blocks)
 
 
+def policies(arguments: argparse.Namespace) -> None:
+    """Constant team sizes and the policy that adapts."""
+    study = run("policies", arguments)
+    frame = study.frame()
+    at = {axis.name: place for place, axis in enumerate(study.settings)}
+    heads = [
+        (setting, rule)
+        for setting in study.settings[at["setting"]].labels
+        for rule in study.settings[at["destinations"]].labels
+    ]
+
+    def place(of: Arm | Pairs) -> tuple[Label, Label, str]:
+        return of.setting[at["setting"]], of.setting[at["destinations"]], str(of.label)
+
+    found = {place(p): p for p in compare(study, frame)}
+    area = {place(a): a for a in arms_of(study, frame, "explored_m2")}
+    rows = []
+    for label in map(str, study.compared.labels):
+        row = [label]
+        for head in heads:
+            pair = found.get((*head, label))
+            times = with_interval(pair.ratio) if pair is not None else "1"
+            row.append(f"{area[(*head, label)].mean.value:.0f}: {times}")
+        rows.append(row)
+    blocks: list[Block] = [
+        said(study),
+        Text("Area in m² after 300 steps, and times that of constant teams of five."),
+        Table(["policy", *(f"{setting}, `{rule}`" for setting, rule in heads)], rows),
+    ]
+    write_section(Path("docs/policies.md"), "tables", blocks)
+
+
 def mean_at(arm: Arm, areas, step: int) -> float:  # type: ignore[no-untyped-def]
     """Mean explored area of an arm after a step, over worlds."""
     return float(curve_with_band(areas[arm.rows], arm.worlds)[0][step])
@@ -209,7 +241,7 @@ def by_world(study: Study, frame: pl.DataFrame) -> Table:
     return Table(["world", "pairs", "times `quantile`"], rows)
 
 
-PAGES = {"scaling": scaling, "paper": paper, "selectors": selectors}
+PAGES = {"scaling": scaling, "paper": paper, "selectors": selectors, "policies": policies}
 
 
 def main(argv: Sequence[str] | None = None) -> None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from swarmscout.core.errors import (
+        PolicyError,
         RunError,
         ScenarioError,
         SelectorError,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Mission",
+    "PolicyError",
     "Run",
     "RunError",
     "RunWriter",
@@ -57,6 +59,7 @@ __all__ = [
 
 _HOME = {
     "Mission": "swarmscout.mission.mission",
+    "PolicyError": "swarmscout.core.errors",
     "Run": "swarmscout.recording.run",
     "RunError": "swarmscout.core.errors",
     "RunWriter": "swarmscout.recording.writer",

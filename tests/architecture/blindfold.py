@@ -22,15 +22,24 @@ from swarmscout.minds.view import LeaderView
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.route_table import GOAL, NOWHERE
+from swarmscout.teams.policy import DesiredSizePolicy
+from swarmscout.teams.robots_view import RobotsView
 from swarmscout.testing import small_world
-from swarmscout.testing.watching import fingerprint
+from swarmscout.testing.fingerprints import fingerprint
 
 ROBOTS = 8
 cave = cache(small_world)
 MakeSelector = Callable[[Mission], Selector]
+MakePolicy = Callable[[Mission], DesiredSizePolicy]
 
 
-def run_to(step: int, make: MakeSelector, seed: int, links: Any = None) -> Mission:
+def run_to(
+    step: int,
+    make: MakeSelector,
+    seed: int,
+    links: Any = None,
+    sizes: MakePolicy | None = None,
+) -> Mission:
     """A mission, stopped after a step; the decisions of the last step stand in `decided`."""
     scenario = Scenario.model_validate(
         {
@@ -38,10 +47,13 @@ def run_to(step: int, make: MakeSelector, seed: int, links: Any = None) -> Missi
             "steps": 200,
             "seed": seed,
             "battery": {"capacity_steps": 150, "start_min": 0.3},
+            "teams": {"leave_rule": "charge" if sizes is None else "general"},
         }
     )
     mission = Mission(scenario, world=cave(seed), links=links, recorder=Decided())
     mission.destinations.selector = make(mission)
+    if sizes is not None:
+        mission.sizes.policy = sizes(mission)
     for _ in range(step):
         mission.step()
     return mission
@@ -139,11 +151,18 @@ def differences(a: Mission, b: Mission, robots: list[int]) -> list[str]:
     return found
 
 
-def peeks(make: MakeSelector, *, seeds: tuple[int, ...] = (0, 1), steps: int = 6) -> list[str]:
+def peeks(
+    make: MakeSelector,
+    sizes: MakePolicy | None = None,
+    *,
+    seeds: tuple[int, ...] = (0, 1),
+    steps: int = 6,
+) -> list[str]:
     """What robots decide by things that they cannot know, with everybody hearing everybody.
 
     Args:
         make: makes the selector for a mission.
+        sizes: makes the policy for desired team sizes; None for the paper's.
         seeds: of worlds and missions.
         steps: so many steps with decisions are tried in each.
 
@@ -152,17 +171,17 @@ def peeks(make: MakeSelector, *, seeds: tuple[int, ...] = (0, 1), steps: int = 6
     """
     found = []
     for seed in seeds:
-        whole = run_to(100, make, seed)
+        whole = run_to(100, make, seed, None, sizes)
         tried = whole.decided.steps  # type: ignore[attr-defined]
         for step in tried[:: max(1, len(tried) // steps)]:
-            before = run_to(step - 1, make, seed)
+            before = run_to(step - 1, make, seed, None, sizes)
             teams_before = before.minds.team.copy()
-            after = run_to(step, make, seed)
+            after = run_to(step, make, seed, None, sizes)
             for team in sorted(set(after.minds.team.tolist())):
                 mine = np.flatnonzero(after.minds.team == team)
                 # Members share what their leader decides; so do those that left or joined now.
                 near = np.isin(teams_before, teams_before[mine]) | (after.minds.team == team)
-                blind = run_to(step - 1, make, seed)
+                blind = run_to(step - 1, make, seed, None, sizes)
                 change_truth(blind)
                 change_private_state(
                     blind, np.flatnonzero(~near).tolist(), np.random.default_rng(step)
@@ -172,7 +191,9 @@ def peeks(make: MakeSelector, *, seeds: tuple[int, ...] = (0, 1), steps: int = 6
     return found
 
 
-def peeks_alone(make: MakeSelector, *, seed: int = 0, steps: int = 5) -> list[str]:
+def peeks_alone(
+    make: MakeSelector, sizes: MakePolicy | None = None, *, seed: int = 0, steps: int = 5
+) -> list[str]:
     """What a robot that hears nobody in a step decides by things that it cannot know."""
 
     def cut(step_of_silence: int, i: int) -> Callable[[int], np.ndarray]:
@@ -185,11 +206,11 @@ def peeks_alone(make: MakeSelector, *, seed: int = 0, steps: int = 5) -> list[st
         return links
 
     found = []
-    whole = run_to(100, make, seed)
+    whole = run_to(100, make, seed, None, sizes)
     tried = whole.decided.steps  # type: ignore[attr-defined]
     for step in tried[:: max(1, len(tried) // steps)]:
         for i in range(ROBOTS):
-            missions = [run_to(step - 1, make, seed, cut(step, i)) for _ in range(2)]
+            missions = [run_to(step - 1, make, seed, cut(step, i), sizes) for _ in range(2)]
             others = [j for j in range(ROBOTS) if j != i]
             change_truth(missions[1])
             scramble(missions[1], others, np.random.default_rng(step + i))
@@ -210,6 +231,48 @@ class ToldAll:
         told = hash(repr([fingerprint(value) for value in seen])) % 10**9
         row, col = view.frontiers[told % len(view.frontiers)].tolist()
         return Choice((row, col), memory=told, details={"told": told})
+
+
+class SizedByAll:
+    """Desires sizes by everything that each row of its view shows: a change in a row shows."""
+
+    def desired(self, view: RobotsView) -> Any:
+        names = [name for name in dir(RobotsView) if not name.startswith("_")]
+        seen = [value for name in names if not callable(value := getattr(view, name))]
+        for reach_m in (0.7, 2.0, 5.0):
+            seen += [view.frontiers_within(reach_m), view.robots_within(reach_m)]
+            seen += [view.strangers_within(reach_m)]
+        rows = [value for value in seen if isinstance(value, np.ndarray)]
+        told = [repr([row[i].tolist() for row in rows]) for i in range(len(view))]
+        return np.array([1 + sum(map(ord, text)) % 6 for text in told])
+
+
+class SizesByOthersCharge:
+    """A mutant: reads the charge of robots that it does not hear."""
+
+    def desired(self, view: RobotsView) -> Any:
+        return np.full(len(view), 1 + int(1000 * view.charge.sum()) % 6)
+
+
+class SizesByTruth:
+    """A mutant: desires small teams where the world is wide, in truth."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+
+    def desired(self, view: RobotsView) -> Any:
+        return np.full(len(view), 1 + int(self.mission.world.free.sum()) % 6)
+
+
+class SizesByMinds:
+    """A mutant: counts whose destinations are overdue."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+
+    def desired(self, view: RobotsView) -> Any:
+        overdue = int((self.mission.minds.state[:, DUE_AT] > view.step).sum())
+        return np.full(len(view), 1 + overdue % 6)
 
 
 class PeeksAtTruth:

@@ -31,11 +31,18 @@ from swarmscout import Mission, Scenario
 from swarmscout.core.jit import kernels
 from swarmscout.destinations.registry import selectors
 from swarmscout.destinations.selector import Choice
+from swarmscout.teams.registry import policies
 from swarmscout.testing import small_world
 
-def fly(links=None, world=None, **keys):
+class SizedByAll:
+    def desired(self, view):
+        near = view.frontiers_within(2.0) + view.robots_within(2.0) + view.strangers_within(3)
+        return np.clip(near + view.frontiers + view.teams, 1, 5)
+
+def fly(links=None, world=None, sizes=None, **keys):
     given = {"robots": 6, "steps": 60, "battery": {"capacity_steps": 60, "start_min": 0.4}, **keys}
-    mission = Mission(Scenario.model_validate(given), world=world or small_world(1), links=links)
+    mission = Mission(Scenario.model_validate(given), world=world or small_world(1), links=links,
+                      policy=sizes)
     if keys == {}:
         mission.destinations.selector = LooksAtAll()
     mission.run()
@@ -52,6 +59,10 @@ fly()
 for name in selectors():
     fly(destinations=name)
 fly(destinations="nearest", start="spread", teams={"leave_rule": "general", "position": "center"})
+for name in policies():
+    fly(teams={"policy": name})
+for links in (None, lambda step: np.eye(6, k=step % 3, dtype=bool)):
+    fly(links=links, sizes=SizedByAll(), teams={"leave_rule": "general"})
 fly(links=lambda step: np.eye(6, k=step % 3, dtype=bool))
 fly(teams={"members": "fan", "fan_m": 3})
 fly(links=lambda step: np.ones((6, 6), dtype=bool), teams={"members": "fan"})

@@ -3,9 +3,27 @@
 from __future__ import annotations
 
 import pytest
-from blindfold import PeeksAtMemories, PeeksAtMinds, PeeksAtTruth, ToldAll, peeks, peeks_alone
+from blindfold import (
+    PeeksAtMemories,
+    PeeksAtMinds,
+    PeeksAtTruth,
+    SizedByAll,
+    SizesByMinds,
+    SizesByOthersCharge,
+    SizesByTruth,
+    ToldAll,
+    peeks,
+    peeks_alone,
+)
 
+from swarmscout.destinations.nearest import Nearest
 from swarmscout.destinations.registry import make_selector, selectors
+from swarmscout.mission.mission import Mission
+from swarmscout.teams.registry import make_policy, policies
+
+
+def nearest(mission: Mission) -> Nearest:
+    return Nearest()
 
 
 @pytest.mark.parametrize("name", sorted(selectors()))
@@ -30,3 +48,24 @@ def test_a_selector_that_peeks_is_found_out(mutant: type) -> None:
 def test_a_selector_that_peeks_is_found_out_when_it_is_alone() -> None:
     found = peeks_alone(PeeksAtTruth)
     assert any("decisions" in line for line in found)
+
+
+@pytest.mark.parametrize("name", sorted(policies()))
+def test_built_in_policies_decide_blindfold(name: str) -> None:
+    assert peeks(nearest, lambda mission: make_policy(name), seeds=(1,), steps=5) == []
+    assert peeks_alone(nearest, lambda mission: make_policy(name), steps=2) == []
+
+
+def test_a_view_of_robots_shows_nothing_that_they_cannot_know() -> None:
+    assert peeks(nearest, lambda mission: SizedByAll(), seeds=(1,)) == []
+    assert peeks_alone(nearest, lambda mission: SizedByAll(), steps=3) == []
+
+
+@pytest.mark.parametrize("mutant", [SizesByTruth, SizesByMinds])
+def test_a_policy_that_peeks_is_found_out(mutant: type) -> None:
+    assert any("state" in line for line in peeks(nearest, mutant, seeds=(1,)))
+
+
+def test_a_policy_that_looks_at_other_rows_is_found_out() -> None:
+    found = peeks_alone(nearest, lambda mission: SizesByOthersCharge(), steps=1)
+    assert any("state" in line for line in found)

@@ -147,6 +147,64 @@ def test_a_run_with_a_rule_of_ones_own_runs_again_from_elsewhere(
     assert Path("y/scenario.toml").read_bytes() == Path("x/scenario.toml").read_bytes()
 
 
+@pytest.mark.parametrize("where", ["one file", "two files of one name", "two files"])
+def test_a_run_keeps_a_policy_of_ones_own_beside_a_selector(
+    where: str, command: Command, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    selector = (
+        "from swarmscout.destinations.nearest import Nearest\nclass Mine(Nearest):\n    pass\n"
+    )
+    policy = (
+        "import numpy as np\nclass Few:\n    def __init__(self, size: int = 2):\n"
+        "        self.size = size\n"
+        "    def desired(self, view):\n        return np.full(len(view), self.size)\n"
+    )
+    one = {"one file": "a/mine.py", "two files": "a/sizes.py"}.get(where, "b/mine.py")
+    for folder in ("a", "b", "elsewhere"):
+        (here / folder).mkdir()
+    (here / "a" / "mine.py").write_text(selector)
+    with (here / one).open("a") as file:
+        file.write(policy)
+    words = ("--robots", "6", "--steps", "50", "--no-picture", "--destinations", "a/mine.py:Mine")
+    sizes = ("--set", f"teams.policy={one}:Few", "--set", "policy.size=3")
+    assert command("explore", *words, *sizes, "--out", "x")[0] == 0
+    kept = {"one file": [], "two files": ["sizes.py"]}.get(where, ["policy_mine.py"])
+    assert sorted(path.name for path in (here / "x").glob("*.py")) == ["mine.py", *kept]
+    (here / "a" / "mine.py").unlink()
+    (here / "x").rename(here / "elsewhere" / "x")
+    monkeypatch.chdir(here / "elsewhere")
+    assert command("explore", "x", "--out", "y", "--no-picture")[0] == 0
+    first, again = Run.open("x"), Run.open("y")
+    assert again.steps.equals(first.steps)
+    asked = first.steps.filter(first.steps["step"] > 0)
+    assert set(asked["desired"]) == {3}
+    assert Path("y/scenario.toml").read_bytes() == Path("x/scenario.toml").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("key", "says"),
+    [
+        ("teams.policy=by-crowds", "unknown policy 'by-crowds': did you mean 'by-crowd'?"),
+        ("teams.policy=pol.py:Fails", "failed in step 1: ZeroDivisionError: division by zero"),
+        ("teams.policy=pol.py:Fail", "policy file 'pol.py' has no 'Fail': did you mean 'Fails'?"),
+        ("teams.policy=nothing.py:Fails", "policy file 'nothing.py' does not exist"),
+        ("policy.size=3", "policy 'by-mode' has no parameter 'size': it takes none"),
+    ],
+)
+def test_mistakes_with_policies_are_one_line(
+    key: str, says: str, command: Command, here: Path
+) -> None:
+    (here / "pol.py").write_text(
+        "class Fails:\n    def desired(self, view):\n        return 1 / 0\n"
+    )
+    code, _, err = command("explore", *SHORT, "--no-picture", "--out", "x", "--set", key)
+    assert code != 0
+    assert says in err
+    assert err.count("\n") == 1
+    if "Fails" in says or "failed" in says:
+        assert "pol.py" in err
+
+
 def test_files_with_a_byte_order_mark(command: Command, here: Path) -> None:
     (here / "mine.toml").write_bytes(b"\xef\xbb\xbfrobots = 2\nsteps = 3\n")
     assert command("explore", "mine.toml", "--out", "x", "--no-picture")[0] == 0

@@ -9,7 +9,7 @@ import swarmscout as ss
 from swarmscout.mission.scenario_keys import scenario_page
 from swarmscout.studies.engines import LocalEngine
 from swarmscout.studies.running import run_study
-from swarmscout.testing import check_selector
+from swarmscout.testing import check_policy, check_selector
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -47,6 +47,15 @@ def test_the_selector_in_the_readme_passes_the_check(tmp_path):
     (tmp_path / "my.py").write_text(block, encoding="utf-8")
     check_selector(f"{tmp_path}/my.py:Apart")
     ss.explore(robots=5, steps=40, destinations=f"{tmp_path}/my.py:Apart")
+
+
+def test_the_policy_on_its_page_passes_the_check(tmp_path):
+    block = next(b for b in python_blocks(ROOT / "docs" / "policies.md") if "def desired" in b)
+    assert len(block.splitlines()) < 30
+    (tmp_path / "my.py").write_text(block, encoding="utf-8")
+    check_policy(f"{tmp_path}/my.py:OpenGround")
+    teams = {"policy": f"{tmp_path}/my.py:OpenGround", "leave_rule": "general"}
+    ss.explore(robots=5, steps=40, teams=teams, policy={"open_cells": 12})
 
 
 def test_the_scenario_page_is_up_to_date():

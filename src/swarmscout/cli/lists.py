@@ -23,7 +23,7 @@ def selectors() -> None:
 @app.command
 def policies() -> None:
     """Policies that set the desired team size (explore --set teams.policy=NAME)."""
-    from swarmscout.teams.desired_size import policies as known
+    from swarmscout.teams.registry import policies as known
 
     _print(known())
 

@@ -4,6 +4,7 @@
 ├── ``ScenarioError``   a scenario key is unknown, of a wrong type or impossible
 ├── ``WorldError``      a world cannot be loaded, generated or used
 ├── ``SelectorError``   a selector is unknown, cannot be loaded, or answered wrongly
+├── ``PolicyError``     the same of a policy for the desired team size
 ├── ``RunError``        a run folder cannot be written or read
 ├── ``ViewError``       a mission cannot be shown: a port, a file's name, a missing program
 └── ``StudyError``      a study's file or folder cannot be used, or its engine is lost
@@ -15,6 +16,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 __all__ = [
+    "PolicyError",
     "RunError",
     "ScenarioError",
     "SelectorError",
@@ -40,6 +42,10 @@ class WorldError(SwarmscoutError):
 
 class SelectorError(SwarmscoutError):
     """A selector is unknown, cannot be loaded, or gave an answer outside its contract."""
+
+
+class PolicyError(SwarmscoutError):
+    """A policy is unknown, cannot be loaded, or gave an answer outside its contract."""
 
 
 class RunError(SwarmscoutError):

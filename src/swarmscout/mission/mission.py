@@ -29,8 +29,8 @@ from swarmscout.mission.sensing import Senses
 from swarmscout.robots.battery import spend_or_charge
 from swarmscout.robots.bodies import heading_table, to_ticks
 from swarmscout.robots.motion import Neighbourhood, carry_out
-from swarmscout.teams.desired_size import policy
 from swarmscout.teams.formation import Tally, reorganize
+from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.catalogue import load_world
 from swarmscout.worlds.checks import check_world
 from swarmscout.worlds.placing import place_stations
@@ -56,6 +56,7 @@ class Mission:
             default everybody hears everybody, and one map serves all (paper, "Robot model").
         base: folder for relative paths of the scenario, besides the working directory.
         selector: overrides the scenario's ``destinations``; an object with a method ``choose``.
+        policy: overrides the scenario's ``teams.policy``; an object with a method ``desired``.
 
     Attributes:
         scenario, world: what is run, and where; they do not change.
@@ -67,7 +68,7 @@ class Mission:
         done, end_reason: whether the mission is over, and why (None until then).
 
     Raises:
-        SwarmscoutError: the scenario, its world or its selector cannot be used.
+        SwarmscoutError: the scenario, its world, its selector or its policy cannot be used.
 
     Example:
         >>> mission = Mission(Scenario(world="lava-tube", robots=15, steps=20))
@@ -86,8 +87,9 @@ class Mission:
         links: Links | None = None,
         base: Path | None = None,
         selector: Selector | None = None,
+        policy: DesiredSizePolicy | None = None,
     ) -> None:
-        scenario = setup.complete(scenario, seed, selector)
+        scenario = setup.complete(scenario, seed, selector, policy)
         if world is None:
             world = load_world(scenario.world, seed=scenario.world_seed, base=base)
         world = load_world(world)  # Of any other kind of argument it says what is wrong.
@@ -95,7 +97,7 @@ class Mission:
         self.world = world
         self.base = base
         self.destinations = setup.make_destinations(scenario, base, selector)
-        self.policy = policy(scenario.teams.policy, scenario.teams.desired_size)
+        self.sizes = setup.make_desired_sizes(scenario, base, policy)
         check_world(world, scenario.robots)
         self.stations_m = place_stations(world, scenario.robots)
         self.frame = setup.make_frame(world, scenario)
@@ -106,7 +108,7 @@ class Mission:
         self.headings = heading_table()
         self.senses = Senses(scenario, world, self.headings)
         self.minds = blank_minds(robots, shared=shared)
-        self.minds.state[:, DESIRED] = self.policy.desired(self.minds.mode)
+        self.minds.state[:, DESIRED] = scenario.teams.desired_size
         model = setup.make_model(scenario)
         neighbours = scenario.map.frontier_neighbours
         self.grids = OccupancyGrids(self.frame, 1 if shared else robots, model, neighbours)
@@ -155,6 +157,7 @@ class Mission:
 
         Raises:
             SelectorError: the selector failed.
+            PolicyError: the policy failed.
             ScenarioError: the mission is over, or something impossible was written into it.
         """
         if self.done:
@@ -173,7 +176,7 @@ class Mission:
         # "Task description and team behavior": limited charge, EXP and CHR.
         self._charge_and_modes()
         # "Decentralized team formation": by desired sizes, leave, join and lead.
-        minds.state[:, DESIRED] = self.policy.desired(minds.mode)
+        self.sizes.decide(minds, self.grids, step)
         reorganize(minds, self._tally, links, step, *self._team_rules, *news)
         # "Team destination determination": leaders that need one choose from their own view.
         decisions = self.destinations.decide(minds, self.grids, self.planner, links, step, *news)

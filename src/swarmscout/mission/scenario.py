@@ -151,7 +151,9 @@ class RoutesScenario(_Section):
 class TeamsScenario(_Section):
     """Team formation (paper, "Decentralized team formation" and "Self-organization")."""
 
-    policy: str = Field("by-mode", description="who sets the desired team size")
+    policy: str = Field(
+        "by-mode", min_length=1, description="sets the desired team size: a policy, or FILE.py:NAME"
+    )
     desired_size: int = Field(5, ge=1, le=100_000, description="desired team size in EXP mode")
     d_join_m: float = Field(2.0, ge=0.0, le=1e6, description="teams this near may join")
     leave_rule: Literal["charge", "general"] = Field(
@@ -216,6 +218,7 @@ class Scenario(_Section):
     )
     destinations: str = Field("quantile", min_length=1, description="a selector, or FILE.py:NAME")
     selector: dict[str, Any] = Field(default_factory=dict, description="the selector's parameters")
+    policy: dict[str, Any] = Field(default_factory=dict, description="the policy's parameters")
     body: BodyScenario = BodyScenario()
     sensor: SensorScenario = SensorScenario()
     battery: BatteryScenario = BatteryScenario()

@@ -42,8 +42,8 @@ def load_scenario(
         origins: where each override was given, for errors, as ``{"robots": "--robots"}``.
 
     Returns:
-        The scenario; a world or a selector's file that is given as a path relative to the
-        scenario's file is made absolute.
+        The scenario; a world or a file of a selector or a policy that is given as a path relative
+        to the scenario's file is made absolute.
 
     Raises:
         ScenarioError: the file cannot be read, or a key is unknown or has a bad value.
@@ -51,13 +51,13 @@ def load_scenario(
     text, folder, where = _read(what)
     data = parse_toml(text, where)
     data.pop("swarmscout", None)  # A run's scenario.toml says here which version wrote it.
-    world, selector = data.get("world"), data.get("destinations")
-    if folder is not None and isinstance(world, str) and _is_there(folder / world):
-        data["world"] = str((folder / world).resolve())
-    if folder is not None and isinstance(selector, str):
-        file, colon, name = selector.rpartition(":")
-        if colon and file.endswith(".py") and _is_there(folder / file):
-            data["destinations"] = f"{(folder / file).resolve()}:{name}"
+    world, teams = data.get("world"), data.get("teams")
+    if folder is not None:
+        if isinstance(world, str) and _is_there(folder / world):
+            data["world"] = str((folder / world).resolve())
+        _find_rule(data, "destinations", folder)
+        if isinstance(teams, dict):
+            _find_rule(teams, "policy", folder)
     return make_scenario(data, overrides, where=where, origins=origins)
 
 
@@ -149,6 +149,15 @@ def _read(what: str | Path) -> tuple[str, Path | None, str]:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
         raise ScenarioError(f"scenario file '{path}' cannot be read: {reason}") from None
+
+
+def _find_rule(data: dict[str, Any], key: str, folder: Path) -> None:
+    """Make the file of a rule absolute where it lies in the scenario's folder."""
+    rule = data.get(key)
+    if isinstance(rule, str):
+        file, colon, name = rule.rpartition(":")
+        if colon and file.endswith(".py") and _is_there(folder / file):
+            data[key] = f"{(folder / file).resolve()}:{name}"
 
 
 def _concerns(given: str, wrong: str) -> bool:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.errors import ScenarioError, SelectorError
+from swarmscout.core.errors import ScenarioError
 from swarmscout.core.grid import GridFrame
+from swarmscout.core.rules import IN_MEMORY, rule_name
 from swarmscout.core.streams import stream
 from swarmscout.destinations.deciding import Destinations
-from swarmscout.destinations.registry import IN_MEMORY, make_selector
+from swarmscout.destinations.registry import SELECTORS
 from swarmscout.destinations.selector import Selector
 from swarmscout.destinations.terrain import CELL_BITS
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
@@ -21,12 +22,16 @@ from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.routes import Planner
 from swarmscout.robots.bodies import TICKS, Bodies, place_bodies, to_ticks
+from swarmscout.teams.desired_size import DesiredSizes
+from swarmscout.teams.policy import DesiredSizePolicy
+from swarmscout.teams.registry import POLICIES
 from swarmscout.worlds.placing import place_robots
 from swarmscout.worlds.world import World
 
 __all__ = [
     "complete",
     "make_bodies",
+    "make_desired_sizes",
     "make_destinations",
     "make_frame",
     "make_model",
@@ -35,15 +40,19 @@ __all__ = [
 ]
 
 
-def complete(scenario: object, seed: int | None, selector: object) -> Scenario:
+def complete(
+    scenario: object, seed: int | None, selector: object = None, policy: object = None
+) -> Scenario:
     """A scenario with what a mission was given besides.
 
     Args:
         scenario: what is run. seed: instead of its own. selector: instead of its ``destinations``.
+        policy: instead of its ``teams.policy``.
 
     Raises:
         ScenarioError: this is no scenario, or the seed is impossible.
         SelectorError: the selector is an object of another kind.
+        PolicyError: the policy is.
     """
     if not isinstance(scenario, Scenario):
         example = f"world={scenario!r}" if isinstance(scenario, str) else "robots=15"
@@ -53,17 +62,13 @@ def complete(scenario: object, seed: int | None, selector: object) -> Scenario:
         )
     changes: dict[str, Any] = {} if seed is None else {"seed": seed}
     if selector is not None:
-        if isinstance(selector, type) or not isinstance(selector, Selector):
-            raise SelectorError(
-                f"selector is {_kind_of(selector)}, expected an object with a method "
-                "choose(view, memory)"
-            )
+        SELECTORS.check_object(selector)
         changes |= {"destinations": IN_MEMORY + type(selector).__name__, "selector": {}}
+    if policy is not None:
+        POLICIES.check_object(policy)
+        teams = {**scenario.teams.model_dump(), "policy": IN_MEMORY + type(policy).__name__}
+        changes |= {"teams": teams, "policy": {}}
     return Scenario(**{**scenario.model_dump(), **changes}) if changes else scenario
-
-
-def _kind_of(thing: object) -> str:
-    return f"the class {thing.__name__}" if isinstance(thing, type) else f"a {type(thing).__name__}"
 
 
 def make_frame(world: World, scenario: Scenario) -> GridFrame:
@@ -149,11 +154,9 @@ def make_destinations(
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
     """
     renewal, name = scenario.renewal, scenario.destinations
-    file, colon, kind = name.rpartition(":")
     return Destinations(
-        selector or make_selector(name, scenario.selector, base),
-        # Wherever a rule's file lies, records call it by the file's name.
-        f"{Path(file).name}{colon}{kind}" if file.endswith(".py") else name,
+        selector or SELECTORS.make(name, scenario.selector, base),
+        rule_name(name),
         seed=scenario.seed,
         robots=scenario.robots,
         heading_unit_rad=2.0 * math.pi / TICKS,
@@ -167,6 +170,21 @@ def make_destinations(
         if scenario.teams.members == "fan"
         else None,
     )
+
+
+def make_desired_sizes(
+    scenario: Scenario, base: Path | None, policy: DesiredSizePolicy | None = None
+) -> DesiredSizes:
+    """The policy that sets desired team sizes.
+
+    Args:
+        scenario: which policy. base: folder for its file. policy: the policy itself, if at hand.
+
+    Raises:
+        PolicyError: there is no such policy, or it does not take the scenario's parameters.
+    """
+    name, size = scenario.teams.policy, scenario.teams.desired_size
+    return DesiredSizes(policy or POLICIES.make(name, scenario.policy, base), rule_name(name), size)
 
 
 def return_reserve(scenario: Scenario) -> tuple[float, float]:

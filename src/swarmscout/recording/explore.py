@@ -5,14 +5,15 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.errors import RunError, SelectorError, WorldError
+from swarmscout.core.errors import RunError, WorldError
 from swarmscout.core.recorder import Recorder, StepRecord
-from swarmscout.destinations.registry import RECOMMENDED, make_object
+from swarmscout.core.rules import RuleKind
+from swarmscout.destinations.registry import RECOMMENDED, SELECTORS
 from swarmscout.destinations.selector import Selector
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
@@ -21,11 +22,15 @@ from swarmscout.recording.run import Run
 from swarmscout.recording.run_folder import as_path, claim_folder, release_folder
 from swarmscout.recording.tables import check_level
 from swarmscout.recording.writer import RunWriter
+from swarmscout.teams.policy import DesiredSizePolicy
+from swarmscout.teams.registry import POLICIES
 from swarmscout.worlds.arrays import world_from_array
 from swarmscout.worlds.world import World
 
 __all__ = ["explore", "record_mission"]
 
+
+R = TypeVar("R")
 
 _DEFAULT = Scenario()
 
@@ -55,7 +60,8 @@ def explore(
         seed: starts, noise, charge, characters, decisions.
         out: a new or empty folder for the run; None keeps it in memory.
         record: ``full``; ``curves`` (no steps, maps or events); ``summary``.
-        **more: further scenario keys; a section is a mapping: ``teams={"desired_size": 3}``.
+        **more: further scenario keys; a section is a mapping: ``teams={"desired_size": 3}``, in
+            which ``policy`` may be a policy's class or an object too.
 
     Returns:
         The finished run.
@@ -64,6 +70,7 @@ def explore(
         ScenarioError: a key is unknown or impossible.
         WorldError: the world cannot be loaded.
         SelectorError: the selector is unknown.
+        PolicyError: the policy is unknown.
         RunError: ``out`` is not empty or cannot be written.
 
     Example:
@@ -71,7 +78,13 @@ def explore(
         >>> run.summary["explored_m2"]  # doctest: +SKIP
     """
     given = world_from_array(world) if isinstance(world, np.ndarray) else world
-    rule = None if isinstance(destinations, str) else _selector(destinations, more)
+    rule = _handed_over(SELECTORS, "destinations", destinations, more)
+    sizes = None
+    teams = more.get("teams")
+    if isinstance(teams, Mapping) and "policy" in teams:
+        sizes = _handed_over(POLICIES, "key 'teams.policy'", teams["policy"], more)
+        if sizes is not None:
+            more["teams"] = {key: value for key, value in teams.items() if key != "policy"}
     keys: dict[str, Any] = {
         "world": given.name if isinstance(given, World) else _text("world", given),
         "robots": robots,
@@ -82,7 +95,9 @@ def explore(
     }
     scenario = make_scenario(keys)
     at_hand = given if isinstance(given, World) else None
-    return record_mission(scenario, out=out, record=record, world=at_hand, selector=rule)
+    return record_mission(
+        scenario, out=out, record=record, world=at_hand, selector=rule, policy=sizes
+    )
 
 
 def _text(name: str, given: object) -> str:
@@ -94,19 +109,22 @@ def _text(name: str, given: object) -> str:
     return str(given)
 
 
-def _selector(given: object, more: dict[str, Any]) -> Selector:
-    """A selector out of its class or an object."""
+def _handed_over(kind: RuleKind[R], key: str, given: object, more: dict[str, Any]) -> R | None:
+    """A rule out of its class or an object; None for a name."""
+    if isinstance(given, str):
+        return None
     if isinstance(given, type):
-        parameters = more.pop("selector", {})
-        return make_object(given, given.__name__, parameters)
-    if more.get("selector"):
-        raise SelectorError(
-            "selector parameters belong to a selector's name or class; this one is made already"
+        parameters = more.pop(kind.noun, {})
+        return kind.make_object(given, given.__name__, parameters)
+    if more.get(kind.noun):
+        raise kind.error(
+            f"{kind.noun} parameters belong to a {kind.noun}'s name or class; this one is made "
+            "already"
         )
-    if not isinstance(given, Selector):
-        raise SelectorError(
-            f"destinations is a {type(given).__name__}, expected a selector's name, "
-            "'FILE.py:NAME', or an object with a method choose(view, memory)"
+    if not isinstance(given, kind.face):
+        raise kind.error(
+            f"{key} is a {type(given).__name__}, expected a {kind.noun}'s name, "
+            f"'FILE.py:NAME', or an object with a method {kind.method}"
         )
     return given
 
@@ -119,6 +137,7 @@ def record_mission(
     world: World | None = None,
     base: Path | None = None,
     selector: Selector | None = None,
+    policy: DesiredSizePolicy | None = None,
     on_step: Callable[[Mission], None] | None = None,
     watchers: Sequence[Recorder] = (),
 ) -> Run:
@@ -134,6 +153,7 @@ def record_mission(
         world: the world, when it is not to be loaded by the scenario's name.
         base: folder for relative paths of the scenario, besides the working directory.
         selector: the rule for destinations, when it is not to be found by the scenario's name.
+        policy: the same for desired team sizes.
         on_step: called with the mission after each step.
         watchers: further recorders, for example one that shows the mission while it runs.
 
@@ -145,7 +165,10 @@ def record_mission(
     writer = RunWriter(folder, level=record, whole_world=world is not None)
     try:
         recorder = _All([writer, *watchers]) if watchers else writer
-        Mission(scenario, world=world, recorder=recorder, base=base, selector=selector).run(on_step)
+        mission = Mission(
+            scenario, world=world, recorder=recorder, base=base, selector=selector, policy=policy
+        )
+        mission.run(on_step)
     except BaseException:
         # The reason for breaking off is what matters; that the disk is full was it, perhaps.
         with contextlib.suppress(RunError):

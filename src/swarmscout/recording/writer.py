@@ -20,7 +20,7 @@ from swarmscout.core.errors import RunError
 from swarmscout.core.recorder import StepRecord
 from swarmscout.mission.scenario_files import scenario_toml
 from swarmscout.recording.chunk import Chunk, plain
-from swarmscout.recording.kept_selector import keep_selector
+from swarmscout.recording.kept_rules import keep_rules
 from swarmscout.recording.kept_world import keep_world
 from swarmscout.recording.parts import join_parts, write_part, write_table, write_whole
 from swarmscout.recording.run_folder import as_path, claim_folder
@@ -112,7 +112,7 @@ class RunWriter:
             scenario, kept = keep_world(
                 mission.world, mission.scenario, self.folder, whole=self._whole_world
             )
-            scenario = keep_selector(scenario, mission.base, self.folder)
+            scenario = keep_rules(scenario, mission.base, self.folder)
             text = scenario_toml(scenario, _written_by())
             write_whole(self.folder / "scenario.toml", text.encode())
             write_whole(self.folder / "run.json", _json({**self._facts, "world": kept}))

@@ -20,8 +20,15 @@ from swarmscout.mission.mission import RULES_VERSION
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import load_scenario, make_scenario
 from swarmscout.recording.run_folder import default_name
-from swarmscout.studies.study_file import Axis, StudyFile, absolute, base_of, changes_of
-from swarmscout.teams.desired_size import policy
+from swarmscout.studies.study_file import (
+    PATH_KEYS,
+    Axis,
+    StudyFile,
+    absolute,
+    base_of,
+    changes_of,
+)
+from swarmscout.teams.registry import make_policy
 from swarmscout.worlds.catalogue import NAMED_TUBES, load_world
 
 __all__ = ["Planned", "base_scenario", "expand", "scenario_of"]
@@ -76,8 +83,11 @@ def expand(declared: StudyFile, axes: list[Axis], base: Scenario, folder: Path) 
     for values in product(*(range(len(axis.values)) for axis in axes)):
         first = scenario_of(axes, base, folder, values, declared.first_seed)
         try:
-            policy(first.teams.policy, first.teams.desired_size)
-            files = [_check_world(first, known_good), _check_selector(first, known_good)]
+            files = [
+                _check_world(first, known_good),
+                _check_rule("destinations", first.destinations, first.selector, known_good),
+                _check_rule("policy", first.teams.policy, first.policy, known_good),
+            ]
         except SwarmscoutError as error:
             raise StudyError(f"{_where(axes, values)}: {error}") from None
         for trial in range(declared.trials):
@@ -109,7 +119,7 @@ def scenario_of(
     keys: dict[str, Any] = {}
     for axis, index in zip(axes, values, strict=True):
         for key, value in axis.values[index].keys.items():
-            keys[key] = absolute(value, folder) if key in ("world", "destinations") else value
+            keys[key] = absolute(value, folder) if key in PATH_KEYS else value
     try:
         return make_scenario(base.model_dump(), {**keys, "seed": seed})
     except SwarmscoutError as error:
@@ -137,13 +147,12 @@ def _check_world(scenario: Scenario, known: dict[Any, str]) -> str:
     return known[key]
 
 
-def _check_selector(scenario: Scenario, known: dict[Any, str]) -> str:
-    """What a selector's file holds, as a digest; empty for a selector that has a name."""
-    parameters = json.dumps(scenario.selector, sort_keys=True, default=str)
-    key = ("selector", scenario.destinations, parameters)
+def _check_rule(kind: str, name: str, parameters: dict[str, Any], known: dict[Any, str]) -> str:
+    """What a selector's or a policy's file holds, as a digest; empty for one that has a name."""
+    key = (kind, name, json.dumps(parameters, sort_keys=True, default=str))
     if key not in known:
-        make_selector(scenario.destinations, scenario.selector)
-        path, colon, _ = scenario.destinations.rpartition(":")
+        (make_selector if kind == "destinations" else make_policy)(name, parameters)
+        path, colon, _ = name.rpartition(":")
         is_file = colon and path.endswith(".py")
         known[key] = hashlib.sha256(Path(path).read_bytes()).hexdigest() if is_file else ""
     return known[key]
@@ -152,9 +161,13 @@ def _check_selector(scenario: Scenario, known: dict[Any, str]) -> str:
 def _name(scenario: Scenario, files: list[str], record: str) -> str:
     """``<world>-<selector>-n<robots>-s<seed>-<digest>``: to be read, and not to be mistaken."""
     data = scenario.model_dump(mode="json")
-    for key, content in zip(("world", "destinations"), files, strict=True):
-        if content:  # A file is known by what it holds, and not by where it lies.
-            kept = data[key].rpartition(":")[2] if key == "destinations" else ""
-            data[key] = f"{kept} {content}"
+    world, selector, policy = files
+    # A file is known by what it holds, and not by where it lies.
+    if world:
+        data["world"] = world
+    if selector:
+        data["destinations"] = f"{scenario.destinations.rpartition(':')[2]} {selector}"
+    if policy:
+        data["teams"]["policy"] = f"{scenario.teams.policy.rpartition(':')[2]} {policy}"
     told = json.dumps([data, RULES_VERSION, record], sort_keys=True)
     return f"{default_name(scenario)}-{hashlib.sha256(told.encode()).hexdigest()[:12]}"

@@ -20,6 +20,7 @@ from swarmscout.mission.scenario_keys import scenario_keys
 from swarmscout.studies.metrics import METRICS
 
 __all__ = [
+    "PATH_KEYS",
     "PLACE_KEYS",
     "Axis",
     "AxisValue",
@@ -184,16 +185,17 @@ def study_toml(declared: StudyFile, folder: Path, header: Mapping[str, Any]) -> 
         for at, value in enumerate(values):
             if isinstance(value, dict):
                 _make_absolute(value, folder)
-            elif name in _PATH_KEYS:
+            elif name in PATH_KEYS:
                 values[at] = absolute(value, folder)
     return tomli_w.dumps({**data, "swarmscout": dict(header)})
 
 
-_PATH_KEYS = ("world", "destinations")
+PATH_KEYS = ("world", "destinations", "teams.policy")
+"""Keys whose values may name a file."""
 
 
 def _make_absolute(keys: dict[str, Any], folder: Path) -> None:
-    for key in _PATH_KEYS:
+    for key in PATH_KEYS:
         if key in keys:
             keys[key] = absolute(keys[key], folder)
 

@@ -1,72 +1,104 @@
-"""Policies for the desired team size (paper, "Decentralized team formation").
-
-A policy is a frozen record with one pure method. It gets, for all robots at once, what each knows
-of itself; element i of its answer may depend on element i alone.
-"""
+"""Desired team sizes: a policy is asked once a step, for all robots."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.core.blame import told
 from swarmscout.core.codes import CHARGE
-from swarmscout.core.errors import ScenarioError, did_you_mean
+from swarmscout.core.errors import PolicyError
+from swarmscout.core.jit import kernel
+from swarmscout.mapping.occupancy import OccupancyGrids
+from swarmscout.minds.minds import DESIRED, MODE, Minds
+from swarmscout.teams.policy import LARGEST, DesiredSizePolicy
+from swarmscout.teams.robots_view import RobotsView
 
-__all__ = ["POLICIES", "ByMode", "DesiredSizePolicy", "policies", "policy"]
-
-
-class DesiredSizePolicy(Protocol):
-    """Sets how many robots each robot would like its team to have."""
-
-    def desired(self, mode: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Desired team sizes.
-
-        Args:
-            mode: int64[N], each robot's own mode: EXPLORE or CHARGE.
-
-        Returns:
-            int64[N], each ≥ 1.
-        """
-        ...
+__all__ = ["DesiredSizes", "checked_sizes"]
 
 
-@dataclass(frozen=True, slots=True)
-class ByMode:
-    """The same size for all that explore, and 1 for those that charge.
-
-    Source: paper, "Self-organization of teams": 5 in EXP mode, 1 in CHR mode.
-    """
-
-    size: int = 5
-
-    def desired(self, mode: NDArray[np.int64]) -> NDArray[np.int64]:
-        """See :class:`DesiredSizePolicy`."""
-        return np.where(mode == CHARGE, 1, self.size)
-
-
-POLICIES: dict[str, type[ByMode]] = {"by-mode": ByMode}
-
-
-def policies() -> dict[str, str]:
-    """Names of the policies, each with one line on what it does."""
-    return {name: (kind.__doc__ or "").splitlines()[0] for name, kind in POLICIES.items()}
-
-
-def policy(name: str, size: int) -> DesiredSizePolicy:
-    """The policy behind a name.
+@kernel
+def take_sizes(state, answer, largest):  # type: ignore[no-untyped-def]
+    """Write desired sizes into minds; in CHR mode it is 1.
 
     Args:
-        name: one of :func:`policies`.
-        size: desired team size in EXP mode.
+        state: int64[N, columns]; answer: int64[N]; largest: how many are possible.
+
+    Returns:
+        The first robot whose answer is impossible, or -1.
+    """
+    for i in range(state.shape[0]):
+        if answer[i] < 1 or answer[i] > largest:
+            return i
+        state[i, DESIRED] = 1 if state[i, MODE] == CHARGE else answer[i]
+    return -1
+
+
+class DesiredSizes:
+    """Asks the policy.
+
+    Args:
+        policy: the rule.
+        name: what it is called in errors.
+        desired_size: the scenario's ``teams.desired_size``; until the first step all want that.
+    """
+
+    def __init__(self, policy: DesiredSizePolicy, name: str, desired_size: int) -> None:
+        self.policy = policy
+        self.name = name
+        self.desired_size = desired_size
+
+    def decide(self, minds: Minds, grids: OccupancyGrids, step: int) -> None:
+        """Ask what size of team each robot desires, and write it into its mind.
+
+        Raises:
+            PolicyError: the policy failed, or its answer is no size for each robot.
+        """
+        view = RobotsView(minds, grids, step, self.desired_size)
+        try:
+            answer = self.policy.desired(view)
+        except (Exception, SystemExit) as error:
+            raise PolicyError(
+                f"policy '{self.name}' failed in step {step}: {told(error)}"
+            ) from error
+        try:
+            sizes = checked_sizes(answer, len(view))
+            wrong = int(take_sizes(minds.state, sizes, LARGEST))
+        except PolicyError as error:
+            raise PolicyError(f"policy '{self.name}' {error} (step {step})") from None
+        if wrong >= 0:
+            raise PolicyError(
+                f"policy '{self.name}' answered {sizes[wrong]} for robot {wrong} in step {step}: "
+                f"expected 1 to {LARGEST:,}"
+            )
+
+
+def checked_sizes(answer: Any, robots: int) -> NDArray[np.int64]:
+    """An answer as whole numbers, one for each robot.
+
+    Args:
+        answer: what a policy returned.
+        robots: N.
 
     Raises:
-        ScenarioError: there is no such policy.
+        PolicyError: it is something else; the message starts with a verb.
     """
-    if name not in POLICIES:
-        raise ScenarioError(
-            f"key 'teams.policy' = {name!r}: unknown policy, {did_you_mean(name, POLICIES)}"
-        )
-    return POLICIES[name](size)
+    if isinstance(answer, np.ndarray) and answer.dtype == np.int64 and answer.shape == (robots,):
+        return np.ascontiguousarray(answer)
+    try:
+        sizes = np.asarray(answer)
+    except ValueError:  # Rows of different lengths.
+        sizes = np.asarray(None)
+    if sizes.shape == (robots,) and sizes.dtype.kind in "iu":
+        return sizes.astype(np.int64)
+    shape = list(sizes.shape)
+    what = type(answer).__name__ if sizes.dtype.kind == "O" else f"{sizes.dtype}{shape}"
+    hint = ""
+    if sizes.shape == (robots,) and sizes.dtype.kind == "f":
+        hint = "; sizes are whole numbers: np.rint(…).astype(int)"
+    elif answer is not None and sizes.shape == ():
+        hint = f"; the same for all is np.full(len(view), {sizes})"
+    what = "None" if answer is None else what
+    raise PolicyError(f"returned {what}, expected int64[{robots}], a size for each robot{hint}")

@@ -1,12 +1,15 @@
 """Checks for other people's parts, and small worlds and views to try them in."""
 
+from swarmscout.testing.check_policy import PolicyReport, check_policy
 from swarmscout.testing.check_selector import SelectorReport, check_selector
 from swarmscout.testing.situations import Situation, leader_view, situations
 from swarmscout.testing.small_worlds import small_world
 
 __all__ = [
+    "PolicyReport",
     "SelectorReport",
     "Situation",
+    "check_policy",
     "check_selector",
     "leader_view",
     "situations",

@@ -20,9 +20,10 @@ from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.minds.view import LeaderView
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
+from swarmscout.testing.fingerprints import fingerprint
 from swarmscout.testing.situations import situations
 from swarmscout.testing.small_worlds import small_world
-from swarmscout.testing.watching import asked, checked_answer, fingerprint
+from swarmscout.testing.watching import asked, checked_answer
 
 __all__ = ["SelectorReport", "check_selector"]
 

@@ -7,9 +7,7 @@ import json
 import operator
 import random
 import sys
-import types
 from collections.abc import Mapping
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,12 +15,12 @@ import numpy as np
 from swarmscout.core.errors import SelectorError
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.minds.view import LeaderView
+from swarmscout.testing.fingerprints import fingerprint, global_states, held_by, kind_of
 
-__all__ = ["asked", "checked_answer", "fingerprint"]
+__all__ = ["asked", "checked_answer"]
 
 _GIVEN_ARRAYS = ("frontiers", "frontiers_m", "members", "members_m")
 _OF_THE_VIEW = {LeaderView.__module__, "functools", __name__}
-_DEPTH = 6
 
 
 class _WatchedView(LeaderView):
@@ -53,12 +51,12 @@ def asked(selector: Selector, view: LeaderView, memory: Any, *, globals_seed: in
     """
     given = {f.name: getattr(view, f.name) for f in dataclasses.fields(LeaderView)}
     shown = _WatchedView(**given)
-    seen, handed, itself = _look(view), fingerprint(memory), _state(selector)
+    seen, handed, itself = _look(view), fingerprint(memory), held_by(selector)
     theirs = random.getstate(), np.random.get_state()  # noqa: NPY002 (what is being watched)
     try:
         random.seed(globals_seed)
         np.random.seed(globals_seed)  # noqa: NPY002
-        before = _global_states()
+        before = global_states()
         try:
             answer = selector.choose(shown, memory)
         except Exception as error:
@@ -67,7 +65,7 @@ def asked(selector: Selector, view: LeaderView, memory: Any, *, globals_seed: in
                     f"tries to change its view, which is read-only ({error}); work on a copy"
                 ) from error
             raise SelectorError(f"failed: {type(error).__name__}: {error}") from error
-        drawn = [name for name, state in _global_states().items() if state != before[name]]
+        drawn = [name for name, state in global_states().items() if state != before[name]]
     finally:
         random.setstate(theirs[0])
         np.random.set_state(theirs[1])  # noqa: NPY002
@@ -92,7 +90,7 @@ def asked(selector: Selector, view: LeaderView, memory: Any, *, globals_seed: in
         raise SelectorError(
             "changed the memory that it was handed: hand a new value back in Choice.memory"
         )
-    changed = sorted(name for name, value in _state(selector).items() if itself.get(name) != value)
+    changed = sorted(name for name, value in held_by(selector).items() if itself.get(name) != value)
     if changed:
         raise SelectorError(
             f"changed itself (attribute '{changed[0]}'): a selector is one for all robots; "
@@ -108,7 +106,7 @@ def checked_answer(answer: Any, view: LeaderView) -> Choice:
         SelectorError: what is wrong with it; the message starts with a verb.
     """
     if not isinstance(answer, Choice):
-        raise SelectorError(f"returned {_kind(answer)}, not a Choice")
+        raise SelectorError(f"returned {kind_of(answer)}, not a Choice")
     try:
         row, col = answer.cell
     except (TypeError, ValueError):
@@ -118,7 +116,7 @@ def checked_answer(answer: Any, view: LeaderView) -> Choice:
     except TypeError:
         raise SelectorError(
             f"chose {answer.cell!r}: rows and columns are whole numbers, not "
-            f"{_kind(row)}; convert with int() or .tolist()"
+            f"{kind_of(row)}; convert with int() or .tolist()"
         ) from None
     if isinstance(row, bool | np.bool_) or not (view.frontiers == cell).all(axis=1).any():
         raise SelectorError(
@@ -126,9 +124,9 @@ def checked_answer(answer: Any, view: LeaderView) -> Choice:
             f"({len(view.frontiers)} cells)"
         )
     if not isinstance(answer.reason, str):
-        raise SelectorError(f"gave {_kind(answer.reason)} as its reason, not text")
+        raise SelectorError(f"gave {kind_of(answer.reason)} as its reason, not text")
     if not isinstance(answer.details, Mapping):
-        raise SelectorError(f"gave {_kind(answer.details)} as its details, not a mapping")
+        raise SelectorError(f"gave {kind_of(answer.details)} as its details, not a mapping")
     try:
         json.dumps(dict(answer.details), default=_unwrapped)
     except (TypeError, ValueError) as error:
@@ -138,75 +136,11 @@ def checked_answer(answer: Any, view: LeaderView) -> Choice:
     return answer
 
 
-def fingerprint(value: Any, depth: int = 0) -> Any:
-    """Plain data that is equal for equal values, for noticing changes."""
-    if isinstance(value, np.ndarray):
-        inside = value.tolist() if value.dtype.hasobject else value.tobytes()
-        return "array", value.shape, value.dtype.str, inside
-    if isinstance(value, np.random.Generator | np.random.RandomState):
-        state = value.bit_generator if isinstance(value, np.random.Generator) else value
-        told = state.state if isinstance(state, np.random.BitGenerator) else state.get_state()
-        return "generator", repr(told)
-    if isinstance(value, random.Random):
-        return "generator", value.getstate()
-    if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
-        # As text, so that NaN equals itself.
-        return type(value).__name__, repr(value)
-    if depth >= _DEPTH or isinstance(
-        value, type | types.ModuleType | types.FunctionType | types.BuiltinFunctionType
-    ):
-        return type(value).__name__, id(value)
-    if isinstance(value, Mapping):
-        return "mapping", [
-            (fingerprint(k, depth + 1), fingerprint(v, depth + 1)) for k, v in value.items()
-        ]
-    if isinstance(value, list | tuple):
-        return type(value).__name__, [fingerprint(inner, depth + 1) for inner in value]
-    if isinstance(value, set | frozenset):
-        return "set", sorted(repr(fingerprint(inner, depth + 1)) for inner in value)
-    fields = _fields(value)
-    if fields or dataclasses.is_dataclass(value):
-        told_fields = [(name, fingerprint(inner, depth + 1)) for name, inner in fields.items()]
-        return type(value).__qualname__, told_fields
-    return type(value).__name__, id(value)
-
-
 def _look(view: LeaderView) -> list[Any]:
     others = view.others
     arrays = [getattr(view, name) for name in _GIVEN_ARRAYS]
     arrays += [others.leaders, others.sizes, others.positions_m, others.destinations_m]
     return [fingerprint(array) for array in arrays]
-
-
-def _state(selector: Any) -> dict[str, Any]:
-    """What a selector and its classes hold."""
-    held = {name: fingerprint(value) for name, value in _fields(selector).items()}
-    for kind in type(selector).__mro__:
-        if kind.__module__ in ("builtins", "typing", "abc"):
-            continue
-        for name, value in vars(kind).items():
-            if not name.startswith(("__", "_abc_")) and not hasattr(value, "__get__"):
-                held[f"{kind.__name__}.{name}"] = fingerprint(value)
-    return held
-
-
-def _fields(value: Any) -> dict[str, Any]:
-    kind = type(value)
-    held: dict[str, Any] = {}
-    for parent in kind.__mro__:
-        slots = vars(parent).get("__slots__", ())
-        for name in (slots,) if isinstance(slots, str) else slots:
-            if hasattr(value, name):
-                held[name] = getattr(value, name)
-    held.update(getattr(value, "__dict__", {}))
-    # What is worked out once and kept changes nothing.
-    return {
-        k: v for k, v in held.items() if not isinstance(getattr(kind, k, None), cached_property)
-    }
-
-
-def _global_states() -> dict[str, str]:
-    return {"random": repr(random.getstate()), "numpy.random": repr(np.random.get_state())}  # noqa: NPY002
 
 
 def _is_change_of_view(error: Exception) -> bool:
@@ -222,7 +156,3 @@ def _unwrapped(value: Any) -> Any:
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     raise TypeError(f"{type(value).__name__} is no plain data")
-
-
-def _kind(value: Any) -> str:
-    return "None" if value is None else type(value).__name__

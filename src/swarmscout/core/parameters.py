@@ -1,4 +1,4 @@
-"""A selector's parameters, checked before it is made: known, of the right type, possible."""
+"""A rule's parameters, checked before it is made: known, of the right type, possible."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import Any, get_type_hints
 
-from swarmscout.core.errors import SelectorError, did_you_mean
+from swarmscout.core.errors import SwarmscoutError, did_you_mean
 
 __all__ = ["check_parameters"]
 
@@ -18,20 +18,26 @@ _LONGEST = 1e6
 
 
 def check_parameters(
-    name: str, kind: Callable[..., Any], given: Mapping[str, Any], *, lengths: bool = False
+    subject: str,
+    kind: Callable[..., Any],
+    given: Mapping[str, Any],
+    error: type[SwarmscoutError],
+    *,
+    lengths: bool = False,
 ) -> None:
-    """Check what a user gives to a selector's class.
+    """Check what a user gives to a rule's class.
 
     A parameter's type is its annotation, or else that of its default; others are not checked.
 
     Args:
-        name: the selector's name, for errors.
+        subject: what the rule is called in errors: "selector 'mine'".
         kind: its class, or a function that makes one.
         given: parameters.
+        error: raised if something is wrong.
         lengths: also expect 0 to a million where a name says metres (``reach_m``).
 
     Raises:
-        SelectorError: a parameter is unknown, of another type, or impossible.
+        SwarmscoutError: of the given kind: a parameter is unknown, of another type, or impossible.
     """
     try:
         accepted = inspect.signature(kind).parameters
@@ -42,22 +48,22 @@ def check_parameters(
     hints = _hints(kind)
     for key, value in given.items():
         if key not in accepted:
-            raise SelectorError(
-                f"selector '{name}' has no parameter '{key}': "
+            raise error(
+                f"{subject} has no parameter '{key}': "
                 f"{did_you_mean(key, accepted) if accepted else 'it takes none'}"
             )
         default = accepted[key].default
         expected = hints.get(key, type(default))
-        shown = f"selector '{name}': {key} = {reprlib.repr(value)}"
+        shown = f"{subject}: {key} = {reprlib.repr(value)}"
         if expected in _KINDS and not _fits(value, expected):
             example = "" if default is inspect.Parameter.empty else f", such as {default!r}"
-            raise SelectorError(f"{shown}: expected {_KINDS[expected]}{example}")
+            raise error(f"{shown}: expected {_KINDS[expected]}{example}")
         if not isinstance(value, int | float) or isinstance(value, bool):
             continue
         if not abs(value) <= sys.float_info.max:
-            raise SelectorError(f"{shown}: expected a finite number")
+            raise error(f"{shown}: expected a finite number")
         if lengths and key.endswith(_LENGTHS) and not 0 <= value <= _LONGEST:
-            raise SelectorError(f"{shown}: expected 0 to {_LONGEST:,.0f}")
+            raise error(f"{shown}: expected 0 to {_LONGEST:,.0f}")
 
 
 def _fits(value: Any, expected: type) -> bool:

@@ -1,4 +1,4 @@
-"""A selector's parameters are checked by their types before it is made."""
+"""A rule's parameters are checked by their types before it is made."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from swarmscout.core.errors import SelectorError
-from swarmscout.destinations.parameters import check_parameters
+from swarmscout.core.parameters import check_parameters
 from swarmscout.destinations.registry import BUILT_IN, make_selector
 
 
@@ -42,13 +42,13 @@ class ByDefault:
 )
 def test_types(kind: type, key: str, good: list[Any], bad: list[Any]) -> None:
     for value in good:
-        check_parameters("mine", kind, {key: value}, lengths=True)
+        check_parameters("selector 'mine'", kind, {key: value}, SelectorError, lengths=True)
     for value in bad:
         with pytest.raises(SelectorError, match=f"selector 'mine': {key} = .*: expected") as caught:
-            check_parameters("mine", kind, {key: value}, lengths=True)
+            check_parameters("selector 'mine'", kind, {key: value}, SelectorError, lengths=True)
         assert "\n" not in str(caught.value)
     with pytest.raises(SelectorError, match=f"no parameter '{key}x': did you mean '{key}'"):
-        check_parameters("mine", kind, {f"{key}x": good[0]})
+        check_parameters("selector 'mine'", kind, {f"{key}x": good[0]}, SelectorError)
 
 
 def test_names_for_type_checkers_only_do_no_harm() -> None:
@@ -56,7 +56,7 @@ def test_names_for_type_checkers_only_do_no_harm() -> None:
         def __init__(self, weight: NoSuchName = 1.0, **more: Any) -> None:  # type: ignore  # noqa: F821
             pass
 
-    check_parameters("odd", Odd, {"weight": 2.0, "other": 3})
+    check_parameters("selector 'odd'", Odd, {"weight": 2.0, "other": 3}, SelectorError)
 
 
 @pytest.mark.parametrize("name", sorted(BUILT_IN))
