@@ -43,13 +43,12 @@ def scores(rule: MultiCriteria, view: LeaderView, kept: Cell, home: Cell) -> NDA
     disc = view.unknown_m2(rule.open_m) - rule.wall * view.area_m2("occupied", rule.open_m)
     for f, (x, y) in enumerate(view.frontiers_m.tolist()):
         gain = rule.least_m2 + rule.near_gain * view.unknown_m2(1.0)[f] + max(0.0, disc[f])
-        own = ways[f] + rule.turn_m * view.turns_rad[f]
-        efforts = [own]
+        efforts = []
         for (mx, my), heading in zip(view.members_m, view.members_heading_rad, strict=True):
             off = math.atan2(y - my, x - mx) - heading if (x, y) != (mx, my) else 0.0
             chord = 2.0 * abs(math.sin(off / 2.0))
             efforts.append(math.dist((x, y), (mx, my)) + rule.turn_m * chord)
-        effort = rule.leader * own + (1.0 - rule.leader) * min(efforts)
+        effort = rule.leader * ways[f] + (1.0 - rule.leader) * min(efforts)
         crowd = 0.0
         for place in view.others.destinations_m.tolist():
             if not math.isnan(place[0]):

@@ -17,13 +17,13 @@ __all__ = ["MultiCriteria", "weigh"]
 
 @kernel
 def weigh(  # type: ignore[no-untyped-def]
-    frontiers, ways, turns, gain, members, looks, destinations, points, weights, score
+    frontiers, ways, gain, members, looks, destinations, points, weights, score
 ):
     """Score every frontier.
 
     Args:
         frontiers: float64[F, 2] in metres.
-        ways, turns: float64[F], the leader's, in metres and radians.
+        ways: float64[F], the leader's, in metres.
         gain: float64[F] in m², above 0.
         members: float64[n, 2] in metres; looks: float64[2, n], where they look (cos, sin).
         destinations: float64[T, 2] of other teams, NaN for none.
@@ -36,9 +36,8 @@ def weigh(  # type: ignore[no-untyped-def]
     apart, apart_m, ahead, outward = weights[4], weights[5], weights[6], weights[7]
     for f in range(frontiers.shape[0]):
         x, y = frontiers[f, 0], frontiers[f, 1]
-        own = ways[f] + turn_m * turns[f]
         # The member that is soonest there counts for most: whoever is in front maps.
-        soonest = own
+        soonest = np.inf
         for i in range(members.shape[0]):
             dx = x - members[i, 0]
             dy = y - members[i, 1]
@@ -46,7 +45,7 @@ def weigh(  # type: ignore[no-untyped-def]
             # The chord of the angle: as long as the angle where it is small, 2 for about-turns.
             along = (dx * looks[0, i] + dy * looks[1, i]) / length if length > 0.0 else 1.0
             soonest = min(soonest, length + turn_m * np.sqrt(max(0.0, 2.0 - 2.0 * along)))
-        effort = leader * own + (1.0 - leader) * soonest
+        effort = leader * ways[f] + (1.0 - leader) * soonest
         total = np.log(gain[f]) - hurry * np.log(start_m + effort)
         for t in range(destinations.shape[0]):
             dx = x - destinations[t, 0]
@@ -72,9 +71,9 @@ class MultiCriteria:
     The score of a frontier is a logarithm, so far ones with much behind them stay in the race:
     ``log(gain) - hurry · log(start_m + effort) - crowding + ahead + outward``. The gain is unknown
     area close by and open ground round it, where ground is open if it is unknown and no wall is
-    known near. The effort is the way of the member that is soonest there, turning counted in, and
-    to a smaller part the leader's way. Other teams' destinations nearby cost; the direction that
-    the team has kept to and distance from where the leader began gain.
+    known near. The effort is the straight distance of the member that is soonest there, turning
+    counted in, and to a smaller part the leader's way. Other teams' destinations nearby cost; the
+    direction that the team has kept to and distance from where the leader began gain.
 
     Attributes:
         near_gain: what a square metre of unknown within 1 m is worth beside one of open ground.
@@ -82,7 +81,7 @@ class MultiCriteria:
         wall: so many square metres of unknown does one of wall cancel.
         least_m2: gain of a frontier with nothing open round it.
         turn_m: what a turn by a radian costs, in metres.
-        leader: the leader's share of the effort, in [0, 1].
+        leader: the share of the leader's way in the effort, in [0, 1].
         start_m: added to every effort; so much does a new destination cost in itself.
         hurry: how much effort counts beside gain; 1 is gain per effort.
         apart: what a destination of another team in the same place costs.
@@ -139,7 +138,7 @@ class MultiCriteria:
         gain = np.maximum(is_open, 0.0) + self.near_gain * view.unknown_m2(1.0) + self.least_m2
         score = np.empty(len(ways))
         weigh(
-            view.frontiers_m, ways, view.turns_rad, gain, view.members_m, looks,
+            view.frontiers_m, ways, gain, view.members_m, looks,
             view.others.destinations_m,
             np.array([[x, y], [home_x, home_y], [kept_x, kept_y]]),
             np.array(
