@@ -2,8 +2,8 @@
 
     python benchmarks/results.py [--jobs 2] [--only PAGE …] [--trials N] [--out runs/results]
 
-`scaling` and `paper` write docs/results.md, `selectors` and `policies` the tables of their pages. Missions
-that were run before with the same rules are not run again; --trials 1 is for trying the command.
+`scaling` and `paper` write docs/results.md, `selectors` and `policies` the tables of their pages.
+Missions that were run before with the same rules are not run again; --trials 1 is for trying out.
 """
 
 from __future__ import annotations

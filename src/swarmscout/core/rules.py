@@ -12,6 +12,7 @@ import reprlib
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from hashlib import blake2b
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -161,7 +162,9 @@ class RuleKind(Generic[R]):
     def _from_file(self, path: Path, attribute: str) -> Any:
         # A name of its own, so that two files called my.py do not replace each other; dataclasses
         # look their module up by name.
-        module_name = f"swarmscout_user_{abs(hash(str(path.resolve())))}"
+        digest = blake2b(str(path.resolve()).encode(), digest_size=8).hexdigest()
+        # The same in every process: Numba looks a cached kernel's module up by its name.
+        module_name = f"swarmscout_user_{digest}"
         spec = importlib.util.spec_from_file_location(module_name, path)
         assert spec is not None
         assert spec.loader is not None
