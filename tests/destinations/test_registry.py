@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -100,3 +103,25 @@ def test_dataclasses_work_in_files(tmp_path: Path) -> None:
         + "    def choose(self, view, memory):\n        return Choice(tuple(view.frontiers[0]))\n"
     )
     assert make_selector(f"{file}:Rule", {"weight": 2.0}).weight == 2.0
+
+
+def test_a_file_s_module_has_the_same_name_in_every_process(tmp_path: Path) -> None:
+    """Numba looks the module of a cached kernel up by its name."""
+    (tmp_path / "mine.py").write_text(
+        "from swarmscout.destinations.nearest import Nearest\nclass Mine(Nearest):\n    pass\n"
+    )
+    ask = (
+        "from swarmscout.destinations.registry import make_selector\n"
+        f"print(type(make_selector({str(tmp_path / 'mine.py')!r} + ':Mine')).__module__)"
+    )
+    names = {
+        subprocess.run(
+            [sys.executable, "-c", ask],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert len(names) == 1
