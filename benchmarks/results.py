@@ -54,8 +54,9 @@ def said(study: Study) -> Text:
     return Text(
         f"`swarmscout study studies/{declared.name}.toml`: {frame.height} missions in {worlds} "
         f"worlds, seeds {declared.first_seed} to {declared.first_seed + declared.trials - 1}; "
-        "means with 95 % intervals that rest on worlds; swarmscout "
-        f"{study.versions['version']}, rules version {study.versions['rules_version']}."
+        "means with 95 % intervals that rest on worlds; times are wall times of a machine that "
+        f"did other work, too; swarmscout {study.versions['version']}, rules version "
+        f"{study.versions['rules_version']}."
     )
 
 
@@ -96,10 +97,16 @@ def paper(arguments: argparse.Namespace) -> None:
     blocks: list[Block] = []
     made = reproduce(list(FIGURES), options, lambda name, page: print(page, flush=True))
     for name, its in made:
-        shown = [replace(b, name=f"paper-{name}") if isinstance(b, Picture) else b for b in its]
-        blocks += [Heading(FIGURES[name].title, 3), *shown]
+        blocks += [Heading(FIGURES[name].title, 3), *(beneath(block, name) for block in its)]
         blocks.append(Text(f"`swarmscout reproduce {name}`"))
     write_section(Path("docs/results.md"), "paper", blocks)
+
+
+def beneath(block: Block, figure: str) -> Block:
+    """A block of a page, as it stands beneath the figure's heading on ours."""
+    if isinstance(block, Picture):
+        return replace(block, name=f"paper-{figure}")
+    return replace(block, level=block.level + 1) if isinstance(block, Heading) else block
 
 
 def selectors(arguments: argparse.Namespace) -> None:

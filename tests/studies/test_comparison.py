@@ -117,3 +117,12 @@ def test_the_sensing_limit_grows_with_robots_steps_and_range(make_study):
     assert sensing_limit_m2(scenario.model_copy(update={"robots": 7, "steps": 300})) == 7 * one
     longer = scenario.model_copy(update={"robots": 1, "steps": 600})
     assert 1.8 * one < sensing_limit_m2(longer) < 2 * one
+
+
+def test_the_order_of_rows_does_not_matter(with_values):
+    study, frame = with_values(TWO_WORLDS, 4, lambda row: gain(row) + row["seed"] ** 2)
+    shuffled = frame.sample(fraction=1.0, shuffle=True, seed=3)
+    for one, other in zip(compare(study, frame), compare(study, shuffled), strict=True):
+        assert sorted(one.differences) == sorted(other.differences)
+        assert one.difference.value == pytest.approx(other.difference.value)
+        assert one.p_holm == pytest.approx(other.p_holm)

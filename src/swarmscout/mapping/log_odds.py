@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,11 @@ class InverseSensorModel:
         Route costs use these integers, so sums of costs are exact too. None is 0: a route over
         cells that cost nothing would have no end.
         """
-        odds = range(self.lowest, self.highest + 1)
-        permille = [max(1, round(1000.0 * probability_of(value))) for value in odds]
-        return np.array(permille, dtype=np.int16)
+        return _permille(self.lowest, self.highest).copy()
+
+
+@cache
+def _permille(lowest: int, highest: int) -> NDArray[np.int16]:
+    odds = range(lowest, highest + 1)
+    permille = [max(1, round(1000.0 * probability_of(value))) for value in odds]
+    return np.array(permille, dtype=np.int16)

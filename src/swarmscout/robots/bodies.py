@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,11 @@ def heading_table() -> NDArray[np.float64]:
     Rounded to 15 decimals, so that two machines whose C libraries differ in the last bit still
     compute the same mission.
     """
+    return _heading_table().copy()
+
+
+@cache
+def _heading_table() -> NDArray[np.float64]:
     angles = [2.0 * math.pi * tick / TICKS for tick in range(TICKS)]
     return np.array([(round(math.cos(a), 15), round(math.sin(a), 15)) for a in angles])
 

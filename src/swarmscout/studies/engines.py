@@ -9,6 +9,7 @@ import logging
 import multiprocessing
 import os
 import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -18,6 +19,10 @@ from typing import Any, Protocol
 from swarmscout.core.errors import StudyError
 
 __all__ = ["DaskEngine", "Engine", "LocalEngine"]
+
+
+_ASK_EVERY_S = 2.0
+"""So often a scheduler is asked how many workers it has."""
 
 
 class Engine(Protocol):
@@ -102,6 +107,8 @@ class DaskEngine:
             raise StudyError(
                 "--engine dask needs dask.distributed: pip install 'swarmscout[cluster]'"
             ) from None
+        self._width = 1
+        self._asked = float("-inf")
         # What goes wrong is said by us, in one line; Dask would log every lost connection.
         for name in ("distributed", "distributed.client"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -112,8 +119,19 @@ class DaskEngine:
 
     @property
     def width(self) -> int:
-        """Missions that can run at the same time."""
-        return max(1, sum(int(threads) for threads in self._client.nthreads().values()))
+        """Missions that can run at the same time, as the scheduler says now and then.
+
+        Raises:
+            StudyError: the scheduler does not answer any more.
+        """
+        if time.monotonic() > self._asked + _ASK_EVERY_S:
+            try:
+                threads = self._client.nthreads().values()
+            except (OSError, RuntimeError) as error:
+                raise StudyError(f"the engine of the study is lost: {error}") from None
+            self._width = max(1, sum(int(each) for each in threads))
+            self._asked = time.monotonic()
+        return self._width
 
     @contextmanager
     def open(self) -> Iterator[Executor]:
