@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from swarmscout.core.codes import CAUSES, CHARGE
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.recorder import Decision
+from swarmscout.destinations.asking import Ask, AskingSelector, TalkCounts, settle
 from swarmscout.destinations.features import Features, Frontiers, Scratch
 from swarmscout.destinations.renewal import due_step, find_stale, share_destinations
 from swarmscout.destinations.selector import Choice, Selector
@@ -48,6 +49,7 @@ class Destinations:
         name: what it is called in records.
         memories: per robot, what the selector wants to remember.
         seconds: how long the last step's decisions took.
+        ask: who answers a selector that asks a language model; None: it decides alone.
     """
 
     def __init__(
@@ -64,11 +66,14 @@ class Destinations:
         overdue: tuple[float, int],
         avoid_steps: int,
         team_position: str,
+        ask: Ask | None = None,
     ) -> None:
         self.selector = selector
         self.name = name
         self.memories: list[Any] = [None] * robots
         self.seconds = 0.0
+        self.ask = ask
+        self._counts = TalkCounts()
         self._seed = seed
         self._heading_unit_rad = heading_unit_rad
         self._forward_m = forward_m
@@ -123,11 +128,25 @@ class Destinations:
                             minds, grids, planner, links, frontiers[m], leader, previous, step
                         )
                     )
-            for view in views:
-                decisions.append(self._apply(view, self._ask(view), minds))
+            for view, choice in zip(views, self._choices(views, step), strict=True):
+                decisions.append(self._apply(view, choice, minds))
         share_destinations(minds.state, minds.sending, links, minds.listeners == 1)
         self.seconds = perf_counter() - started
         return decisions
+
+    def summary(self) -> dict[str, Any]:
+        """What conversations with a language model came to; empty for any other selector."""
+        return {} if self.ask is None else self._counts.figures()
+
+    def _choices(self, views: list[LeaderView], step: int) -> list[Choice]:
+        """Everybody's choice; a model is asked for all of them at the same time."""
+        if self.ask is None or not isinstance(self.selector, AskingSelector):
+            return [self._ask(view) for view in views]
+        talks = [(v.robot, self.selector.converse(v, self.memories[v.robot])) for v in views]
+        choices = settle(talks, self.ask, step)
+        for choice in choices:
+            self._counts.add(choice)
+        return choices
 
     def _ask(self, view: LeaderView) -> Choice:
         try:
@@ -177,6 +196,7 @@ class Destinations:
             obstacle_neighbours=near_obstacles,
             reason=choice.reason,
             details=choice.details,
+            attempts=choice.attempts,
         )
 
     def _view(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,6 +146,14 @@ class Features:
         self._place = frame.flat(
             min(max(row, 0), frame.rows - 1), min(max(col, 0), frame.columns - 1)
         )
+
+    def among(self, keep: NDArray[np.bool_]) -> Features:
+        """The same with fewer frontiers: bool[n], those to keep."""
+        flat = self._flat[keep]
+        fewer = copy(self)
+        fewer._flat = flat
+        fewer._keep = np.isin(self._frontiers.flat, flat, assume_unique=True)
+        return fewer
 
     def around(self) -> NDArray[np.int64]:
         """int64[2, n], frontier and occupied cells among the 8 neighbours."""

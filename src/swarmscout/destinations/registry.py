@@ -17,6 +17,8 @@ from typing import Any
 from swarmscout.core.errors import SelectorError, did_you_mean
 from swarmscout.destinations.hungarian import Hungarian
 from swarmscout.destinations.information_gain import InformationGain
+from swarmscout.destinations.llm.llm import Llm
+from swarmscout.destinations.llm.shortlist import LlmShortlist, ShortlistRandom
 from swarmscout.destinations.llm_like import LlmLike
 from swarmscout.destinations.minpos import MinPos
 from swarmscout.destinations.multi_criteria import MultiCriteria
@@ -30,7 +32,7 @@ from swarmscout.destinations.selector import Selector
 from swarmscout.destinations.utility import Utility
 from swarmscout.destinations.voronoi import Voronoi
 
-__all__ = ["RECOMMENDED", "make_selector", "selectors"]
+__all__ = ["RECOMMENDED", "make_selector", "model_selectors", "selectors"]
 
 RECOMMENDED = "multi-criteria"
 """The selector to start with where no other is asked for."""
@@ -51,18 +53,33 @@ BUILT_IN: dict[str, type] = {
     "multi-criteria": MultiCriteria,
 }
 
+WITH_MODELS: dict[str, type] = {
+    "llm": Llm,
+    "llm-shortlist": LlmShortlist,
+    "shortlist-random": ShortlistRandom,
+}
+"""Selectors that ask a language model, and their control; docs/llm.md has what they are worth."""
+
 
 def _plugins() -> dict[str, EntryPoint]:
     found = entry_points(group="swarmscout.selectors")
-    return {point.name: point for point in found if point.name not in BUILT_IN}
+    return {point.name: point for point in found if point.name not in BUILT_IN | WITH_MODELS}
 
 
 def selectors() -> dict[str, str]:
-    """Names of all selectors that can be used by name, each with one line on what it does."""
+    """Names of all rules that can be used by name, each with one line on what it does.
+
+    :func:`model_selectors` has those that ask a language model.
+    """
     lines = {name: (kind.__doc__ or "").splitlines()[0] for name, kind in BUILT_IN.items()}
     for name, point in _plugins().items():
         lines[name] = f"from {point.dist.name if point.dist else point.value}"
     return lines
+
+
+def model_selectors() -> dict[str, str]:
+    """Names of the selectors that ask a language model and of their control, each with one line."""
+    return {name: (kind.__doc__ or "").splitlines()[0] for name, kind in WITH_MODELS.items()}
 
 
 def make_selector(
@@ -104,6 +121,8 @@ def make_selector(
 def _kind(name: str, base: Path | None) -> Any:
     if name in BUILT_IN:
         return BUILT_IN[name]
+    if name in WITH_MODELS:
+        return WITH_MODELS[name]
     path, colon, attribute = name.rpartition(":")
     if colon and path.endswith(".py"):
         return _from_file(Path(path), attribute, base)
@@ -111,7 +130,7 @@ def _kind(name: str, base: Path | None) -> Any:
         raise SelectorError(f"'{name}' names a file but no class in it: write '{name}:ClassName'")
     plugins = _plugins()
     if name not in plugins:
-        known = [*BUILT_IN, *plugins]
+        known = [*BUILT_IN, *WITH_MODELS, *plugins]
         raise SelectorError(f"unknown selector '{name}': {did_you_mean(name, known)}")
     try:
         return plugins[name].load()
