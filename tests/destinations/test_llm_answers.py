@@ -70,6 +70,7 @@ BAD = [
     ("I choose the cell 12,34 because it is near.", "no answer"),
     ("We should avoid (12, 34).", "no answer"),
     ("12,34 or 13,34", "no answer"),
+    ("hm", "no answer"),
     ('{"choice": "12,34"} or rather {"choice": "13,34"}', "several answers"),
     ('{"choice": "12,34", "choice": "13,34"}', "several answers"),
     ('{"choice": [[12,34],[13,34]]}', "several answers"),

@@ -34,6 +34,7 @@ app = App(
 )
 _COMMANDS = {
     "explore": ("explore:explore", "Run a mission: progress, summary, run folder, picture."),
+    "explain": ("explain:explain", "Show a decision in full: prompt, answer, verdict, choice."),
     "worlds": ("worlds:app", "List, show, import and generate worlds."),
     "list": ("lists:app", "What there is to choose from: selectors, policies, worlds."),
     "warm": ("warm:warm", "Compile every kernel now, so that no mission waits for it."),

@@ -30,6 +30,10 @@ def explore(
     out: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     record: Literal["full", "curves", "summary"] = "full",
     picture: bool = True,
+    llm: str | None = None,
+    llm_model: str | None = None,
+    llm_cassette: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    llm_mode: Literal["auto", "record", "replay", "refresh"] | None = None,
 ) -> int:
     """Run a mission: progress, a summary, a run folder, a picture of the final map.
 
@@ -44,9 +48,16 @@ def explore(
         out: a new folder for the run; by default one in runs/ that is named after the mission.
         record: full; curves leaves out steps, maps and events; summary leaves out all tables.
         picture: draw the final map into the run's folder as map.png.
+        llm: who answers a selector that asks a language model: openai, azure, embedded, or the
+            address of a compatible server; by default whoever the environment names.
+        llm_model: the model's name, or Azure's deployment.
+        llm_cassette: a file that keeps requests and replies, see --llm-mode.
+        llm_mode: replay asks nobody, record asks for what is missing, refresh asks anew; auto
+            records with a model at hand and replays without one.
     """
     from swarmscout.cli.compiling import say_if_compiling
     from swarmscout.cli.interrupts import Interrupted, between_steps
+    from swarmscout.cli.llm_options import llm_overrides, say_trouble
     from swarmscout.cli.progress import Progress
     from swarmscout.cli.summary import summary_lines
     from swarmscout.core.errors import SwarmscoutError
@@ -61,6 +72,7 @@ def explore(
         "destinations": destinations,
     }
     overrides = dict(_key_value(text) for text in set_)
+    overrides |= llm_overrides(llm, llm_model, llm_cassette, llm_mode)
     overrides |= {key: value for key, value in options.items() if value is not None}
     chosen = load_scenario(scenario, overrides)
     folder = _claim(chosen, out)
@@ -84,6 +96,7 @@ def explore(
         release_folder(folder)  # Only if nothing was written into it.
     for line in summary_lines(run):
         print(line)
+    say_trouble(run.summary)
     print(f"run: {folder}")
     if picture:
         print(f"picture: {_draw(run, folder)}")

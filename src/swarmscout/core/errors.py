@@ -4,6 +4,7 @@
 ├── ``ScenarioError``   a scenario key is unknown, of a wrong type or impossible
 ├── ``WorldError``      a world cannot be loaded, generated or used
 ├── ``SelectorError``   a selector is unknown, cannot be loaded, or answered wrongly
+├── ``ModelError``      a language model is not configured, or a cassette lacks an answer
 └── ``RunError``        a run folder cannot be written or read
 """
 
@@ -13,6 +14,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 __all__ = [
+    "ModelError",
     "RunError",
     "ScenarioError",
     "SelectorError",
@@ -36,6 +38,10 @@ class WorldError(SwarmscoutError):
 
 class SelectorError(SwarmscoutError):
     """A selector is unknown, cannot be loaded, or gave an answer outside its contract."""
+
+
+class ModelError(SwarmscoutError):
+    """A language model is not configured or not installed, or a cassette lacks an answer."""
 
 
 class RunError(SwarmscoutError):

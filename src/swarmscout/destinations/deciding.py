@@ -66,13 +66,12 @@ class Destinations:
         overdue: tuple[float, int],
         avoid_steps: int,
         team_position: str,
-        ask: Ask | None = None,
     ) -> None:
         self.selector = selector
         self.name = name
         self.memories: list[Any] = [None] * robots
         self.seconds = 0.0
-        self.ask = ask
+        self.ask: Ask | None = None
         self._counts = TalkCounts()
         self._seed = seed
         self._heading_unit_rad = heading_unit_rad

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from swarmscout.comms.beacons import exchange_beacons
 from swarmscout.core.codes import CHARGE
 from swarmscout.core.errors import ScenarioError
+from swarmscout.core.model import Model
 from swarmscout.core.recorder import Decision, Recorder, StepRecord
 from swarmscout.core.version import package_version
 from swarmscout.mapping.evidence import EvidenceLog, observe
@@ -53,9 +54,11 @@ class Mission:
         links: who hears whom: a step to bool[N, N]. Then each robot keeps a map of its own. By
             default everybody hears everybody, and one map serves all (paper, "Robot model").
         base: folder for relative paths of the scenario, besides the working directory.
+        model: answers a selector that asks a language model; None: what the scenario's section
+            ``llm`` and the environment name.
 
     Raises:
-        SwarmscoutError: the scenario, its world or its selector cannot be used.
+        SwarmscoutError: the scenario, its world, its selector or its model cannot be used.
 
     Example:
         >>> mission = Mission(Scenario(world="lava-tube", robots=15, steps=20))
@@ -73,6 +76,7 @@ class Mission:
         recorder: Recorder | None = None,
         links: Links | None = None,
         base: Path | None = None,
+        model: Model | None = None,
     ) -> None:
         if seed is not None:
             scenario = Scenario.model_validate({**scenario.model_dump(), "seed": seed})
@@ -81,6 +85,8 @@ class Mission:
         self.scenario = scenario
         self.world = world
         self.destinations = setup.make_destinations(scenario, base)
+        self.asker = setup.make_asker(scenario, self.destinations.selector, model)
+        self.destinations.ask = self.asker
         self.policy = policy(scenario.teams.policy, scenario.teams.desired_size)
         check_world(world, scenario.robots)
         self.stations_m = place_stations(world, scenario.robots)
@@ -93,17 +99,24 @@ class Mission:
         self.senses = Senses(scenario, world, self.headings)
         self.minds = blank_minds(robots, shared=shared)
         self.minds.state[:, DESIRED] = self.policy.desired(self.minds.mode)
-        model = setup.make_model(scenario)
+        evidence_model = setup.make_model(scenario)
         neighbours = scenario.map.frontier_neighbours
-        self.grids = OccupancyGrids(self.frame, 1 if shared else robots, model, neighbours)
+        self.grids = OccupancyGrids(self.frame, 1 if shared else robots, evidence_model, neighbours)
         # What the swarm as a whole knows: the shared map, or all logs together, for judging.
-        self.swarm = self.grids if shared else OccupancyGrids(self.frame, 1, model, neighbours)
+        self.swarm = (
+            self.grids if shared else OccupancyGrids(self.frame, 1, evidence_model, neighbours)
+        )
         sensor, body = scenario.sensor, scenario.body
         reach_m = max(sensor.range_m, body.radius_m + body.forward_m + world.resolution_m) + 0.5
         self.log = EvidenceLog(robots, sensor.rays, reach_m, self.frame.cell_m, keep=not shared)
         self.known = np.zeros((robots, robots) if not shared else (1, 1), dtype=np.int64)
         self.planner = setup.make_planner(
-            scenario, self.frame, 1 if shared else robots, model, self.stations_m, self.headings
+            scenario,
+            self.frame,
+            1 if shared else robots,
+            evidence_model,
+            self.stations_m,
+            self.headings,
         )
         self.judge = Judge(
             map_truth(world, self.frame, scenario.body.radius_m), robots, scenario.body.forward_m
@@ -121,6 +134,7 @@ class Mission:
         teams = scenario.teams
         self._team_rules = teams.d_join_m, teams.silence_steps, teams.leave_rule
         self._return_reserve = setup.return_reserve(scenario)
+        self.decisions: list[Decision] = []
         self._recorder = recorder
         if recorder is not None:
             recorder.begin(self)
@@ -152,7 +166,9 @@ class Mission:
         minds.state[:, DESIRED] = self.policy.desired(minds.mode)
         reorganize(minds, self._tally, links, step, *self._team_rules, *news)
         # "Team destination determination": leaders that need one choose from their own view.
-        decisions = self.destinations.decide(minds, self.grids, self.planner, links, step, *news)
+        self.decisions = self.destinations.decide(
+            minds, self.grids, self.planner, links, step, *news
+        )
         # "Each member then independently plans its route to the shared target and moves."
         self.planner.plan(minds, self.grids, step, *news)
         self.planner.steer(minds, bodies.contact, self.action)
@@ -166,7 +182,7 @@ class Mission:
         self.end_reason = self._why_over()
         if self._recorder is not None:
             seconds = {"step": perf_counter() - started, "decide": self.destinations.seconds}
-            self._recorder.record(self._record(decisions, *changes, seconds))
+            self._recorder.record(self._record(self.decisions, *changes, seconds))
 
     def run(self, on_step: Callable[[Mission], None] | None = None) -> dict[str, Any]:
         """Run what is left of the mission.
@@ -219,7 +235,18 @@ class Mission:
             "steps": self.step_number,
             "end_reason": self.end_reason,
             **self.judge.summary(self.minds, self.swarm),
+            **self._llm_summary(),
         }
+
+    def close(self) -> None:
+        """Let go of a language model; harmless without one."""
+        if self.asker is not None:
+            self.asker.close()
+
+    def _llm_summary(self) -> dict[str, Any]:
+        if self.asker is None:
+            return {}
+        return {"llm": {**self.asker.figures(), **self.destinations.summary()}}
 
     def _links_now(self) -> NDArray[np.bool_]:
         if self._links is None:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import ScenarioError
 from swarmscout.core.grid import GridFrame
+from swarmscout.core.model import Model
 from swarmscout.core.streams import stream
+from swarmscout.destinations.asking import AskingSelector
 from swarmscout.destinations.deciding import Destinations
 from swarmscout.destinations.registry import make_selector
+from swarmscout.destinations.selector import Selector
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.routes import Planner
@@ -21,7 +25,11 @@ from swarmscout.robots.bodies import TICKS, Bodies, place_bodies, to_ticks
 from swarmscout.worlds.placing import place_robots
 from swarmscout.worlds.world import World
 
+if TYPE_CHECKING:
+    from swarmscout.llm.asker import Asker
+
 __all__ = [
+    "make_asker",
     "make_bodies",
     "make_destinations",
     "make_frame",
@@ -122,6 +130,22 @@ def make_destinations(scenario: Scenario, base: Path | None) -> Destinations:
         avoid_steps=renewal.avoid_steps,
         team_position=scenario.teams.position,
     )
+
+
+def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> Asker | None:
+    """Whoever answers the selector's questions; None for a selector that asks nobody.
+
+    Raises:
+        ModelError: no model is configured; the message says what to set.
+    """
+    if not isinstance(selector, AskingSelector):
+        return None
+    # Most missions ask nobody, and what talks to networks takes a while to import.
+    from swarmscout.llm.connect import connect
+    from swarmscout.llm.settings import ModelSettings
+
+    keys = scenario.llm.model_dump(exclude={"latency_steps"})
+    return connect(ModelSettings(**keys), model=model)
 
 
 def return_reserve(scenario: Scenario) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from swarmscout.core.errors import RunError
+from swarmscout.core.model import Model
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import make_scenario
@@ -29,6 +30,7 @@ def explore(
     *,
     out: str | Path | None = None,
     record: str = "full",
+    model: Model | None = None,
     **more: Any,
 ) -> Run:
     """Run a mission to its end.
@@ -41,6 +43,7 @@ def explore(
         seed: starts, noise, charge, characters, decisions.
         out: a new or empty folder for the run; None keeps it in memory.
         record: ``full``; ``curves`` (no steps, maps or events); ``summary``.
+        model: answers a selector that asks a language model, instead of the scenario's.
         **more: further scenario keys; a section is a mapping: ``teams={"desired_size": 3}``.
 
     Returns:
@@ -50,6 +53,7 @@ def explore(
         ScenarioError: a key is unknown or impossible.
         WorldError: the world cannot be loaded.
         SelectorError: the selector is unknown.
+        ModelError: the selector asks a language model, and none is configured.
         RunError: ``out`` is not empty or cannot be written.
 
     Example:
@@ -65,7 +69,7 @@ def explore(
         **more,
     }
     given = world if isinstance(world, World) else None
-    return record_mission(make_scenario(keys), out=out, record=record, world=given)
+    return record_mission(make_scenario(keys), out=out, record=record, world=given, model=model)
 
 
 def record_mission(
@@ -76,6 +80,7 @@ def record_mission(
     world: World | None = None,
     base: Path | None = None,
     on_step: Callable[[Mission], None] | None = None,
+    model: Model | None = None,
 ) -> Run:
     """Run a scenario's mission and record it.
 
@@ -89,6 +94,7 @@ def record_mission(
         world: the world, when it is not to be loaded by the scenario's name.
         base: folder for relative paths of the scenario, besides the working directory.
         on_step: called with the mission after each step.
+        model: answers a selector that asks a language model, instead of the scenario's.
 
     Raises:
         SwarmscoutError: as :func:`explore`.
@@ -96,8 +102,10 @@ def record_mission(
     check_level(record)
     folder = None if out is None else claim_folder(Path(out))
     writer = RunWriter(folder, level=record, whole_world=world is not None)
+    mission: Mission | None = None
     try:
-        Mission(scenario, world=world, recorder=writer, base=base).run(on_step)
+        mission = Mission(scenario, world=world, recorder=writer, base=base, model=model)
+        mission.run(on_step)
     except BaseException:
         # The reason for breaking off is what matters; that the disk is full was it, perhaps.
         with contextlib.suppress(RunError):
@@ -105,4 +113,7 @@ def record_mission(
         if folder is not None:
             release_folder(folder)
         raise
+    finally:
+        if mission is not None:
+            mission.close()
     return writer.run()

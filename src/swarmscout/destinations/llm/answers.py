@@ -26,7 +26,7 @@ _PAIR = re.compile(
 _BARE = re.compile(r"^[\s\"'`*({\[<]*-?\d+(?:\.\d+)?[\s\"'`*)}\]>.]*$")
 _ID = re.compile(
     r"^[\s\"'`*(\[<]*(?:(?:frontier|candidate|cluster|cell|id|option|choice)\b[\s:=#]*)?"
-    r"([A-Za-z]{1,2}\d{0,4})[\s\"'`*)\]>.]*$",
+    r"([A-Za-z]|[A-Za-z]{1,2}\d{1,4})[\s\"'`*)\]>.]*$",
     re.IGNORECASE,
 )
 _LINE = re.compile(r"^\W*(?:final\s+)?(?:choice|answer|destination)\W*[:=]\s*(.+?)\s*$", re.I)
