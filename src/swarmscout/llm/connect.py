@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from swarmscout.core.errors import ModelError
 from swarmscout.core.model import Model
 from swarmscout.llm.asker import Asker, Limits
 from swarmscout.llm.cassette import Cassette, Tape
-from swarmscout.llm.patience import Patient
+from swarmscout.llm.embedded import Embedded, servers_at_once
+from swarmscout.llm.openai_model import OpenAIModel
+from swarmscout.llm.patience import Patient, Sender
 from swarmscout.llm.prices import load_prices
 from swarmscout.llm.settings import ModelSettings, find_endpoint
 
@@ -67,18 +70,34 @@ def make_model(settings: ModelSettings, environ: Mapping[str, str]) -> tuple[Mod
     Raises:
         ModelError: none is configured, or it is not installed.
     """
-    from swarmscout.llm.openai_model import OpenAIModel
-
     endpoint = find_endpoint(settings, environ)
-    sender = OpenAIModel(endpoint, temperature=settings.temperature, structured=settings.structured)
+    form: dict[str, Any] = {
+        "temperature": settings.temperature,
+        "structured": settings.structured,
+    }
+    sender: Sender
+    if endpoint.provider == "embedded":
+        sender = Embedded(
+            settings.embedded_model,
+            endpoint.model,
+            threads=settings.threads,
+            servers=servers_at_once(),
+            **form,
+        )
+    else:
+        sender = OpenAIModel(endpoint, **form)
     prices = load_prices(settings.prices)
     patient = Patient(sender, endpoint.model, prices, tries=settings.tries, call_s=settings.call_s)
     return patient, endpoint.model
 
 
 def _limits(settings: ModelSettings) -> Limits:
+    # Who waits for a busy local server has not begun to ask: that time is not the decision's.
+    concurrency = settings.concurrency
+    if settings.provider == "embedded":
+        concurrency = servers_at_once()
     return Limits(
-        concurrency=settings.concurrency,
+        concurrency=concurrency,
         decision_s=settings.decision_s,
         breaker_failures=settings.breaker_failures,
         breaker_steps=settings.breaker_steps,

@@ -8,13 +8,24 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from urllib.parse import urlsplit
 
 from swarmscout.core.errors import ModelError
 
-__all__ = ["EMBEDDED_MODEL", "Endpoint", "ModelSettings", "Secret", "find_endpoint"]
+__all__ = [
+    "EMBEDDED_MODEL",
+    "EMBEDDED_PROMPT_TOKENS",
+    "Endpoint",
+    "ModelSettings",
+    "Secret",
+    "find_endpoint",
+]
 
 EMBEDDED_MODEL = "smollm2-135m-instruct"
+
+EMBEDDED_PROMPT_TOKENS = 700
+"""Longest prompt that a small model on a processor answers within seconds."""
 
 HOW = (
     "set OPENAI_API_KEY; or AZURE_OPENAI_ENDPOINT, AZURE_OPENAI_API_KEY, OPENAI_API_VERSION and "
@@ -116,7 +127,8 @@ def find_endpoint(settings: ModelSettings, environ: Mapping[str, str]) -> Endpoi
     if provider == "auto":
         provider = _guess(settings, environ)
     if provider == "embedded":
-        return Endpoint("embedded", settings.model or EMBEDDED_MODEL)
+        own = Path(settings.embedded_model).stem if settings.embedded_model else EMBEDDED_MODEL
+        return Endpoint("embedded", settings.model or own)
     if provider == "azure":
         return _azure(settings, environ)
     url = settings.base_url or environ.get("OPENAI_BASE_URL", "")

@@ -85,6 +85,7 @@ class Mission:
         self.scenario = scenario
         self.world = world
         self.destinations = setup.make_destinations(scenario, base)
+        self.destinations.selector = setup.fitting(self.destinations.selector, scenario)
         self.asker = setup.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
         self.policy = policy(scenario.teams.policy, scenario.teams.desired_size)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from swarmscout.destinations.asking import AskingSelector
 from swarmscout.destinations.deciding import Destinations
 from swarmscout.destinations.registry import make_selector
 from swarmscout.destinations.selector import Selector
+from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS, ModelSettings
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.routes import Planner
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from swarmscout.llm.asker import Asker
 
 __all__ = [
+    "fitting",
     "make_asker",
     "make_bodies",
     "make_destinations",
@@ -142,10 +145,19 @@ def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> A
         return None
     # Most missions ask nobody, and what talks to networks takes a while to import.
     from swarmscout.llm.connect import connect
-    from swarmscout.llm.settings import ModelSettings
 
     keys = scenario.llm.model_dump(exclude={"latency_steps"})
     return connect(ModelSettings(**keys), model=model)
+
+
+def fitting(selector: Selector, scenario: Scenario) -> Selector:
+    """The selector, its prompts short enough for the embedded model if that is asked."""
+    if scenario.llm.provider != "embedded" or not isinstance(selector, AskingSelector):
+        return selector
+    if selector.prompt_tokens <= EMBEDDED_PROMPT_TOKENS:
+        return selector
+    shorter: Selector = replace(selector, prompt_tokens=EMBEDDED_PROMPT_TOKENS)  # type: ignore[type-var]
+    return shorter
 
 
 def return_reserve(scenario: Scenario) -> tuple[float, float]:

@@ -23,15 +23,15 @@ from swarmscout.minds.view import LeaderView
 __all__ = ["LlmShortlist", "ShortlistRandom", "best_of"]
 
 _WORDS = {
-    "distance_m": ("distance", " m"),
-    "frontier_neighbours": ("frontiers beside it", ""),
-    "obstacle_neighbours": ("obstacles beside it", ""),
-    "way_m": ("way there", " m"),
-    "turn_deg": ("turn needed", "°"),
-    "unknown_m2": ("unexplored area near it", " m2"),
-    "nearest_other_destination_m": ("distance to other teams' destinations", " m"),
+    "distance_m": "distance m",
+    "way_m": "way m",
+    "turn_deg": "turn °",
+    "unknown_m2": "unexplored m2",
+    "frontier_neighbours": "frontier cells beside it",
+    "obstacle_neighbours": "obstacles beside it",
+    "nearest_other_destination_m": "m to other teams' goals",
 }
-"""What a prompt calls each feature, and its unit."""
+"""What a prompt calls each feature: short, since small models are slow readers."""
 
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
@@ -169,17 +169,15 @@ class LlmShortlist(_Shortlist):
         picked = np.array([index[cell] for cell in cells], dtype=np.int64)
         columns = {name: c[picked] for name, c in columns_of(view, self.features).items()}
         names = list(_LETTERS[: len(cells)])
-        words = [_WORDS[name] for name in columns]
+        if "way_m" in columns:
+            del columns["distance_m"]
+        kept = [name for name in _WORDS if name in columns]
         lines = [
-            f"{name}: "
-            + ", ".join(
-                f"{number(column[k])}{unit}"
-                for column, (_, unit) in zip(columns.values(), words, strict=True)
-            )
+            f"{name}: " + ", ".join(_short(key, columns[key][k]) for key in kept)
             for k, name in enumerate(names)
         ]
         return Encoded(
-            f"Candidates ({', '.join(word for word, _ in words)}):",
+            f"Candidates ({', '.join(_WORDS[name] for name in kept)}):",
             "\n".join(lines),
             tuple(Candidate(name, cell) for name, cell in zip(names, cells, strict=True)),
             closed=True,
@@ -210,6 +208,11 @@ class ShortlistRandom(_Shortlist):
             memory=picked.memory,
             details={"shown": len(shown), "rule_place": ranked.index(_cell(plain)) + 1},
         )
+
+
+def _short(name: str, value: float) -> str:
+    """A feature for small models: metres with a decimal, all else as whole numbers."""
+    return number(value if name in ("way_m", "distance_m") else np.round(value))
 
 
 def _cell(choice: Choice) -> tuple[int, int]:

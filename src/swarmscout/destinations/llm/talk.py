@@ -65,7 +65,7 @@ def schema_of(encoded: Encoded, *, brief: bool) -> dict[str, Any]:
     }
     properties = {
         "choice": choice,
-        "reason": {"type": "string", "maxLength": 120 if brief else 300},
+        "reason": {"type": "string", "maxLength": 80 if brief else 300},
     }
     if not brief:
         properties = {"candidates": considered, **properties}
