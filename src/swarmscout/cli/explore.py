@@ -57,7 +57,7 @@ def explore(
     """
     from swarmscout.cli.compiling import say_if_compiling
     from swarmscout.cli.interrupts import Interrupted, between_steps
-    from swarmscout.cli.llm_options import llm_overrides, say_trouble
+    from swarmscout.cli.llm_options import decision_lines, llm_overrides, say_others, say_trouble
     from swarmscout.cli.progress import Progress
     from swarmscout.cli.summary import summary_lines
     from swarmscout.core.errors import SwarmscoutError
@@ -83,6 +83,8 @@ def explore(
         with between_steps() as check, Progress(chosen.steps) as progress:
 
             def on_step(mission: Any) -> None:
+                for line in decision_lines(mission):
+                    progress.say(line)
                 progress.show(mission)
                 check()
 
@@ -100,6 +102,7 @@ def explore(
     print(f"run: {folder}")
     if picture:
         print(f"picture: {_draw(run, folder)}")
+    say_others(run.scenario)
     return 0
 
 

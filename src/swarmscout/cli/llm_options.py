@@ -5,9 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["llm_line", "llm_overrides", "say_trouble"]
+if TYPE_CHECKING:
+    from swarmscout.mission.mission import Mission
+    from swarmscout.mission.scenario import Scenario
+
+__all__ = ["decision_lines", "llm_line", "llm_overrides", "say_others", "say_trouble"]
 
 _PROVIDERS = ("auto", "openai", "azure", "server", "embedded")
 
@@ -62,3 +66,30 @@ def say_trouble(figures: Mapping[str, Any] | None) -> None:
             f"model took {sum(told['fallbacks'].values())} decisions instead",
             file=sys.stderr,
         )
+
+
+def decision_lines(mission: Mission) -> list[str]:
+    """A line for each decision of the last step for which a model was asked."""
+    lines = []
+    for decision in mission.decisions:
+        told = decision.details.get("fallback", "")
+        if (not decision.attempts and not told) or decision.cell is None:
+            continue
+        why = f"left to the rule ({told})" if told else decision.reason or "no reason given"
+        lines.append(
+            f"step {decision.step:3d}  robot {decision.leader:2d} -> "
+            f"({decision.cell[1]},{decision.cell[0]}), {decision.distance_m:.1f} m: {why}"
+        )
+    return lines
+
+
+def say_others(scenario: Scenario) -> None:
+    """After a mission with the embedded model: what it is for, and how to ask a better one."""
+    if scenario.llm.provider != "embedded" or not scenario.destinations.startswith("llm"):
+        return
+    again = f"swarmscout explore --destinations {scenario.destinations}"
+    print("The embedded model shows the whole path; it explores no better than chance. Others:")
+    print(f"  OpenAI  OPENAI_API_KEY=... {again} --llm openai --llm-model gpt-4o")
+    print("  Azure   AZURE_OPENAI_ENDPOINT=... AZURE_OPENAI_API_KEY=... OPENAI_API_VERSION=... \\")
+    print(f"          {again} --llm azure --llm-model DEPLOYMENT")
+    print(f"  Ollama  {again} --llm http://127.0.0.1:11434/v1 --llm-model NAME")

@@ -16,6 +16,7 @@ from swarmscout.core.errors import ScenarioError
 from swarmscout.core.model import Model
 from swarmscout.core.recorder import Decision, Recorder, StepRecord
 from swarmscout.core.version import package_version
+from swarmscout.destinations.waiting import Waiting
 from swarmscout.mapping.evidence import EvidenceLog, observe
 from swarmscout.mapping.exchange import exchange_evidence, share_evidence
 from swarmscout.mapping.occupancy import BeliefView, OccupancyGrids
@@ -88,6 +89,7 @@ class Mission:
         self.destinations.selector = setup.fitting(self.destinations.selector, scenario)
         self.asker = setup.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
+        self.destinations.waiting = Waiting(scenario.llm.latency_steps)
         self.policy = policy(scenario.teams.policy, scenario.teams.desired_size)
         check_world(world, scenario.robots)
         self.stations_m = place_stations(world, scenario.robots)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from swarmscout.core.errors import did_you_mean
-from swarmscout.core.model import Reply
 from swarmscout.destinations.asking import Talk
 from swarmscout.destinations.llm.encodings import ENCODINGS
 from swarmscout.destinations.llm.features import FEATURES
@@ -20,7 +19,7 @@ from swarmscout.destinations.llm.talk import Outcome, converse, question
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.minds.view import LeaderView
 
-__all__ = ["Llm", "alone", "one_of", "rule_of"]
+__all__ = ["Llm", "at_least", "one_of", "rule_of", "settled"]
 
 
 def rule_of(name: str, parameters: Mapping[str, Any] | None = None) -> Selector:
@@ -49,17 +48,6 @@ def at_least(name: str, value: int, least: int) -> None:
     """
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise ValueError(f"{name} = {value!r} must be a whole number of at least {least}")
-
-
-def alone(talk: Talk) -> Choice:
-    """What a conversation comes to when nobody answers."""
-    try:
-        next(talk)
-        while True:
-            talk.send(Reply(failure="paused"))
-    except StopIteration as end:
-        choice: Choice = end.value
-        return choice
 
 
 @dataclass(frozen=True)
@@ -117,14 +105,16 @@ class Llm:
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """What is chosen when no model answers: the baseline's choice."""
-        return alone(self.converse(view, memory))
+        kept = memory if isinstance(memory, Remembered) else Remembered()
+        plain = self._rule.choose(view, kept.rule)
+        return settled(view, plain, Outcome(None, "", ()), {}, kept, self.history)
 
     def converse(self, view: LeaderView, memory: Any) -> Talk:
         """See :class:`swarmscout.destinations.asking.AskingSelector`."""
         kept = memory if isinstance(memory, Remembered) else Remembered()
         plain = self._rule.choose(view, kept.rule)
         if view.step <= self.warm_up_steps:
-            outcome = Outcome(None, "", (), "")
+            outcome = Outcome(None, "", ())
             details: dict[str, Any] = {"warm_up": True}
         else:
             frontiers = len(view.frontiers)
