@@ -157,7 +157,9 @@ def _price(model: str) -> str:
 
 def embedded(cassette: Path) -> dict[str, Any]:
     """Scenario keys of the embedded model with a cassette."""
-    return {"provider": "embedded", "cassette": str(cassette), "mode": "auto"}
+    # A busy machine shall not turn answers into timeouts.
+    patience = {"decision_s": 3600.0, "call_s": 1800.0, "tries": 1}
+    return {"provider": "embedded", "cassette": str(cassette), "mode": "auto", **patience}
 
 
 def mission_of(selector: str, seed: int, cassettes: Path, steps: int = STEPS) -> Mission:
