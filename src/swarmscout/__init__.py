@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from swarmscout.core.errors import (
+        ModelError,
         RunError,
         ScenarioError,
         SelectorError,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Mission",
+    "ModelError",
     "Run",
     "RunError",
     "RunWriter",
@@ -53,6 +55,7 @@ __all__ = [
 
 _HOME = {
     "Mission": "swarmscout.mission.mission",
+    "ModelError": "swarmscout.core.errors",
     "Run": "swarmscout.recording.run",
     "RunError": "swarmscout.core.errors",
     "RunWriter": "swarmscout.recording.writer",

@@ -13,8 +13,9 @@ COMMANDS = [
     [], ["explore"], ["worlds"], ["worlds", "list"], ["worlds", "show"],
     ["worlds", "import"], ["worlds", "generate"], ["list"], ["list", "selectors"],
     ["list", "policies"], ["list", "worlds"], ["warm"], ["doctor"],
+    ["explain"], ["models"], ["models", "install"],
 ]  # fmt: skip
-HEAVY = ("numpy", "numba", "polars", "scipy", "matplotlib", "pydantic", "PIL", "yaml")
+HEAVY = ("numpy", "numba", "openai", "polars", "scipy", "matplotlib", "pydantic", "PIL", "yaml")
 
 PROGRAM = """
 import sys
@@ -40,7 +41,7 @@ def test_every_command_has_its_line() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "swarmscout", "--help"], capture_output=True, text=True, check=True
     )
-    for name in ("explore", "worlds", "list", "warm", "doctor"):
+    for name in ("explore", "explain", "worlds", "list", "models", "warm", "doctor"):
         line = next(line for line in done.stdout.splitlines() if f" {name} " in line)
         assert len(line.strip("│ ").split()) > 3
 
