@@ -8,9 +8,11 @@ from collections.abc import Sequence
 import pytest
 
 from swarmscout import Mission, Scenario
-from swarmscout.core.model import Reply, Request
+from swarmscout.core.model import Message, Reply, Request
 from swarmscout.core.recorder import Decision
+from swarmscout.destinations.asking import Talk, settle
 from swarmscout.destinations.registry import make_selector
+from swarmscout.destinations.selector import Choice
 from swarmscout.testing import small_world
 from swarmscout.testing.watching import fingerprint
 
@@ -73,3 +75,27 @@ def test_a_model_that_never_answers_changes_nothing_with_latency_either(latency:
     for one, other in ((baseline.minds.state, mission.minds.state),
                        (baseline.bodies.pose, mission.bodies.pose)):  # fmt: skip
         assert fingerprint(one) == fingerprint(other)
+
+
+def test_rounds_ask_in_robot_order_and_go_on_with_who_is_not_done() -> None:
+    rounds: list[list[tuple[int, str]]] = []
+
+    def ask(step: int, asked: Sequence[tuple[int, Request]]) -> list[Reply]:
+        rounds.append([(robot, request.messages[0].text) for robot, request in asked])
+        return [Reply(f"to {robot}") for robot, _ in asked]
+
+    def talk(questions: int) -> Talk:
+        heard = []
+        for number in range(questions):
+            reply = yield Request((Message("user", f"{questions}.{number}"),))
+            heard.append(reply.text)
+        return Choice((0, questions), reason=" ".join(heard))
+
+    choices = settle([(3, talk(1)), (5, talk(3)), (7, talk(0)), (9, talk(2))], ask, 1)
+    assert rounds == [
+        [(3, "1.0"), (5, "3.0"), (9, "2.0")],
+        [(5, "3.1"), (9, "2.1")],
+        [(5, "3.2")],
+    ]
+    assert [choice.cell[1] for choice in choices] == [1, 3, 0, 2]
+    assert choices[1].reason == "to 5 to 5 to 5"

@@ -50,7 +50,7 @@ class Provider:
 
     Attributes:
         plan: the number of a request (from 0) and its body → what to do, see ``answer``.
-        seen: bodies of all requests; headers: theirs.
+        seen: bodies of all requests; headers, paths: theirs.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -58,6 +58,7 @@ class Provider:
         self.url = ""
         self.seen: list[dict[str, Any]] = []
         self.headers: list[dict[str, str]] = []
+        self.paths: list[str] = []
         self.at_once = self.most_at_once = 0
         self.lock = threading.Lock()
         self.stopping = threading.Event()
@@ -82,6 +83,7 @@ def _handler(provider: Provider) -> type[BaseHTTPRequestHandler]:
                 number = len(provider.seen)
                 provider.seen.append(body)
                 provider.headers.append({k.lower(): v for k, v in self.headers.items()})
+                provider.paths.append(self.path)
                 provider.at_once += 1
                 provider.most_at_once = max(provider.most_at_once, provider.at_once)
             try:

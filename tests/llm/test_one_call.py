@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from typing import Any
 
@@ -55,10 +56,10 @@ def test_what_goes_out_and_what_comes_back() -> None:
 
 def test_azure_takes_its_key_its_version_and_its_deployment() -> None:
     with serving("good") as server:
-        paths: list[str] = []
         send(server.url.removesuffix("/v1"), provider="azure")
-        paths += [server.headers[0].get("api-key", "")]
-    assert paths == [KEY]
+    assert server.headers[0]["api-key"] == KEY
+    path = "/openai/deployments/m/chat/completions?api-version=2024-10-21"
+    assert server.paths == [path]
     schema = server.seen[0]["response_format"]["json_schema"]["schema"]
     assert "maxLength" not in str(schema), "OpenAI's strict mode does not take it"
     assert server.seen[0]["max_completion_tokens"] == 50
@@ -110,6 +111,40 @@ def test_nobody_listens() -> None:
         url = server.url
     with pytest.raises(TryFailed, match="no connection"):
         send(url)
+
+
+def test_a_proxy_for_the_world_is_none_for_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("HTTP_PROXY", "http_proxy", "ALL_PROXY"):
+        monkeypatch.setenv(name, "http://127.0.0.1:9")
+    monkeypatch.delenv("NO_PROXY", raising=False)
+    monkeypatch.delenv("no_proxy", raising=False)
+    with serving("good") as server:
+        assert send(server.url).failure == ""
+
+
+def test_who_still_waits_when_the_mission_ends_asks_nobody_any_more() -> None:
+    with serving("hang") as server:
+        model = model_of(server.url)
+        ended: list[BaseException] = []
+
+        def wait() -> None:
+            try:
+                model.send(ASK, 30.0)
+            except BaseException as error:
+                ended.append(error)
+
+        waiting = threading.Thread(target=wait)
+        waiting.start()
+        while not server.seen:
+            time.sleep(0.01)
+        began = time.monotonic()
+        model.close()
+        waiting.join()
+        assert time.monotonic() - began < 4.0
+        assert len(ended) == 1
+        with pytest.raises(TryFailed, match="the mission is over"):
+            model.send(ASK, 1.0)
+        assert len(server.seen) == 1
 
 
 def test_refusals_filters_and_cut_answers_are_answers() -> None:

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from copy import deepcopy
 from email.utils import parsedate_to_datetime
 from typing import Any
+from urllib.parse import urlsplit
 
 from swarmscout.core.errors import ModelError
 from swarmscout.core.model import Reply, Request
@@ -62,6 +63,7 @@ class OpenAIModel:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._thread: threading.Thread | None = None
         self._starting = threading.Lock()
+        self._closed = False
         self._client: Any = None
 
     def __repr__(self) -> str:
@@ -92,6 +94,7 @@ class OpenAIModel:
                 await self._client.close()
 
         with self._starting:
+            self._closed = True
             if self._loop is None or self._thread is None:
                 return
             asyncio.run_coroutine_threadsafe(finish(), self._loop).result(timeout=5.0)
@@ -103,6 +106,8 @@ class OpenAIModel:
     def _running(self) -> asyncio.AbstractEventLoop:
         """The event loop, in a thread of its own."""
         with self._starting:
+            if self._closed:
+                raise TryFailed("no connection", "the mission is over")
             if self._loop is None:
                 self._loop = asyncio.new_event_loop()
                 self._thread = threading.Thread(
@@ -145,6 +150,9 @@ class OpenAIModel:
             )
         # Given even when it is the SDK's own: the environment has been read already.
         url = endpoint.base_url or "https://api.openai.com/v1"
+        if urlsplit(url).hostname in ("127.0.0.1", "localhost", "::1"):
+            # A proxy for the world outside is none for this machine.
+            common["http_client"] = self._openai.DefaultAsyncHttpxClient(trust_env=False)
         return self._openai.AsyncOpenAI(base_url=url, **common)
 
     def _body(self, request: Request) -> dict[str, Any]:
