@@ -29,7 +29,7 @@ from swarmscout.destinations.llm.encodings import ENCODINGS
 from swarmscout.destinations.llm.prompts import load_prompt
 from swarmscout.destinations.llm.talk import question
 from swarmscout.destinations.llm.tokens import estimate_tokens
-from swarmscout.destinations.registry import RECOMMENDED, make_selector
+from swarmscout.destinations.registry import RECOMMENDED, make_selector, selectors
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.llm.prices import load_prices
 from swarmscout.minds.view import LeaderView
@@ -40,7 +40,8 @@ ANSWER_TOKENS = 250
 """Taken for an answer with candidates and reasons; a shortlist's takes a fifth of it."""
 DECISIONS = 75
 WORLD = "lava-tube"
-ARMS = ("random", "quantile", "shortlist-random", "llm-shortlist", RECOMMENDED)
+COMPARED = ("random", "quantile", "shortlist-random", "llm-shortlist", RECOMMENDED)
+ARMS = (*selectors(), "shortlist-random", "llm-shortlist")
 STEPS = 150
 
 Values = NDArray[np.float64]
@@ -218,7 +219,7 @@ def flights(arguments: argparse.Namespace) -> dict[str, list[dict[str, Any]]]:
 def area_table(arguments: argparse.Namespace) -> Iterator[str]:
     """Explored area of the shortlist, its controls and the baseline; position bias."""
     found = flights(arguments)
-    area = {arm: np.array([f["area"] for f in found[arm]]) for arm in ARMS}
+    area = {arm: np.array([f["area"] for f in found[arm]]) for arm in COMPARED}
     yield (
         f"N = 15, {STEPS} steps, world `{WORLD}`, from one place, {arguments.seeds} paired seeds; "
         "`llm-shortlist` with the embedded SmolLM2-135M-Instruct. The last column is paired: "
@@ -228,7 +229,7 @@ def area_table(arguments: argparse.Namespace) -> Iterator[str]:
     yield ""
     yield "| selector | explored m² | times `quantile` | times `shortlist-random` |"
     yield "|---|---:|---:|---:|"
-    for arm in ARMS:
+    for arm in COMPARED:
         low, high = interval(area[arm])
         yield (
             f"| `{arm}` | {area[arm].mean():.1f} [{low:.1f}, {high:.1f}] "

@@ -95,11 +95,12 @@ FAULTS = [
 
 @pytest.mark.parametrize(("fault", "kind"), FAULTS)
 def test_every_fault_has_a_name_and_names_no_key(fault: str, kind: str) -> None:
+    limit_s = 0.4 if kind == "timeout" else 20.0
     with serving(fault) as server:
         began = time.monotonic()
         with pytest.raises(TryFailed) as caught:
-            send(server.url, 0.4)
-        assert time.monotonic() - began < 3.0
+            send(server.url, limit_s)
+        assert time.monotonic() - began < 15.0
     assert caught.value.kind == kind
     assert KEY not in str(caught.value)
     assert "sk-" not in str(caught.value)
