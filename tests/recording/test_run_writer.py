@@ -96,6 +96,8 @@ def test_a_level_keeps_its_tables_and_no_other(level: str, scenario: Scenario, e
     assert run.last_step == scenario.steps
     assert run.map_at().any()
     for table in TABLES:
+        if table == "attempts":
+            continue  # Of missions that ask a language model.
         if table in LEVELS[level]:
             assert run.table(table).height
         else:
