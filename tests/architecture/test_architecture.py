@@ -17,6 +17,10 @@ SOURCE = Path(swarmscout.__file__).parent
 ROOT = Path(__file__).parents[2]
 MODULES = sorted(SOURCE.rglob("*.py"))
 MINDS = ("minds", "mapping", "comms", "teams", "destinations", "planning")
+OUTSIDE = (
+    "asyncio", "concurrent", "ftplib", "http", "httpx2", "multiprocessing", "openai", "requests",
+    "socket", "ssl", "subprocess", "threading", "urllib", "xllamacpp",
+)  # fmt: skip
 BODIES = ("swarmscout.worlds", "swarmscout.robots", "swarmscout.mission", "swarmscout.recording")
 ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(SOURCE.parent), *sys.path])}
 
@@ -122,6 +126,20 @@ def test_rooms_of_minds_do_not_name_the_truth(path: Path) -> None:
             named = [node.value]
         for text in named:
             assert not any(room in text for room in BODIES), f"{path.name} names {text!r}"
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in MODULES if path.relative_to(SOURCE).parts[0] in MINDS], ids=name_of
+)
+def test_rooms_of_minds_use_no_network_thread_or_process(path: Path) -> None:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [str(node.module)]
+        for name in names:
+            assert name.split(".")[0] not in OUTSIDE, f"{path.name} imports {name}"
 
 
 def test_each_kernel_has_one_signature() -> None:

@@ -14,8 +14,9 @@ COMMANDS = [
     ["worlds"], ["worlds", "list"], ["worlds", "show"],
     ["worlds", "import"], ["worlds", "generate"], ["list"], ["list", "selectors"],
     ["list", "policies"], ["list", "worlds"], ["warm"], ["doctor"], ["study"], ["compare"],
+    ["explain"], ["models"], ["models", "install"],
 ]  # fmt: skip
-HEAVY = ("numpy", "numba", "polars", "scipy", "matplotlib", "pydantic", "PIL", "yaml")
+HEAVY = ("numpy", "numba", "openai", "polars", "scipy", "matplotlib", "pydantic", "PIL", "yaml")
 
 PROGRAM = """
 import sys
@@ -41,7 +42,18 @@ def test_every_command_has_its_line() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "swarmscout", "--help"], capture_output=True, text=True, check=True
     )
-    for name in ("explore", "view", "figures", "video", "worlds", "list", "warm", "doctor"):
+    for name in (
+        "explore",
+        "explain",
+        "view",
+        "figures",
+        "video",
+        "worlds",
+        "list",
+        "models",
+        "warm",
+        "doctor",
+    ):
         line = next(line for line in done.stdout.splitlines() if f" {name} " in line)
         assert len(line.strip("│ ").split()) > 3
 

@@ -40,8 +40,10 @@ _COMMANDS = {
     "study": ("study:study", "Run a study: many missions compared, with a report."),
     "compare": ("compare:compare", "Put a few runs beside each other."),
     "reproduce": ("reproduce:reproduce", "Reproduce the paper's figures from our own runs."),
+    "explain": ("explain:explain", "Show a decision in full: prompt, answer, verdict, choice."),
     "worlds": ("worlds:app", "List, show, import and generate worlds."),
     "list": ("lists:app", "What there is to choose from: selectors, policies, worlds."),
+    "models": ("models:app", "Small local language models: list them, install one."),
     "warm": ("warm:warm", "Compile every kernel now, so that no mission waits for it."),
     "doctor": ("doctor:doctor", "Show versions, cores, caches, and what is wrong with them."),
 }

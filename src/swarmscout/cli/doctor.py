@@ -9,8 +9,19 @@ __all__ = ["doctor"]
 _PACKAGES = ("numpy", "numba", "scipy", "pydantic", "polars", "matplotlib", "pillow", "cyclopts")
 
 
-def doctor() -> int:
-    """Show versions, cores, and whether the folders for caches and runs are writable."""
+def doctor(*, llm: bool = False, provider: str | None = None, model: str | None = None) -> int:
+    """Show versions, cores, and whether the folders for caches and runs are writable.
+
+    Args:
+        llm: ask a language model one small question, and say what works.
+        provider: who is asked: openai, azure, embedded, or a server's address; by default whoever
+            the environment names.
+        model: the model's name, or Azure's deployment.
+    """
+    if llm or provider or model:
+        from swarmscout.cli.doctor_llm import ask_once
+
+        return ask_once(provider, model)
     import os
     import platform
     import sys

@@ -38,6 +38,10 @@ def explore(
     host: str = "127.0.0.1",
     port: int | None = None,
     browser: bool = True,
+    llm: str | None = None,
+    llm_model: str | None = None,
+    llm_cassette: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    llm_mode: Literal["auto", "record", "replay", "refresh"] | None = None,
 ) -> int:
     """Run a mission: progress, a summary, a run folder, a picture of the final map.
 
@@ -58,9 +62,16 @@ def explore(
         host: with --view, the address to listen on; the default lets nobody in but this machine.
         port: with --view, the port; by default 8642, or any free one if that is taken.
         browser: with --view, open the page in the default browser.
+        llm: who answers a selector that asks a language model: openai, azure, embedded, or the
+            address of a compatible server; by default whoever the environment names.
+        llm_model: the model's name, or Azure's deployment.
+        llm_cassette: a file that keeps requests and replies, see --llm-mode.
+        llm_mode: replay asks nobody, record asks for what is missing, refresh asks anew; auto
+            records with a model at hand and replays without one.
     """
     from swarmscout.cli.compiling import say_if_compiling
     from swarmscout.cli.interrupts import Interrupted, between_steps
+    from swarmscout.cli.llm_options import decision_lines, llm_overrides, say_others, say_trouble
     from swarmscout.cli.progress import Progress
     from swarmscout.cli.summary import summary_lines
     from swarmscout.cli.watching import watching
@@ -78,6 +89,9 @@ def explore(
     }
     overrides = {key: value for key, value in options.items() if value is not None}
     origins = {key: f"--{key}" for key in overrides}
+    told = llm_overrides(llm, llm_model, llm_cassette, llm_mode)
+    overrides |= told
+    origins |= {key: f"--{key.replace('.', '-').replace('_', '-')}" for key in told}
     for text in set_:
         key, value = _key_value(text)
         if key in origins:
@@ -96,6 +110,8 @@ def explore(
         with between_steps() as check, Progress(chosen.steps) as progress:
 
             def on_step(mission: Any) -> None:
+                for line in decision_lines(mission):
+                    progress.say(line)
                 progress.show(mission)
                 check()
                 if page is not None:
@@ -115,9 +131,11 @@ def explore(
             page.close_unless_over()
     for line in summary_lines(run):
         print(line)
+    say_trouble(run.summary)
     print(f"run: {folder}")
     if picture:
         print(f"picture: {_draw(run, folder)}")
+    say_others(run.scenario)
     if page is not None:
         page.stay()
     return 0

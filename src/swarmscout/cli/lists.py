@@ -14,10 +14,10 @@ app = App(name="list", help="What there is to choose from, with one line each.")
 @app.command
 def selectors() -> None:
     """Rules that choose a team's destination (explore --destinations NAME)."""
-    from swarmscout.destinations.registry import RECOMMENDED
+    from swarmscout.destinations.registry import RECOMMENDED, model_selectors
     from swarmscout.destinations.registry import selectors as known
 
-    _print(known(), recommended=RECOMMENDED)
+    _print(known() | model_selectors(), recommended=RECOMMENDED)
 
 
 @app.command

@@ -77,6 +77,13 @@ class Progress:
         if self._bar is not None:
             self._bar.stop()
 
+    def say(self, line: str) -> None:
+        """Print a line, above the bar where there is one."""
+        if self._bar is None:
+            print(line, flush=True)
+        else:
+            self._bar.console.print(line, markup=False, highlight=False)
+
     def show(self, mission: Mission) -> None:
         """Bring the bar up to date; it costs nothing most of the time."""
         if self._bar is None or self._task is None or time.monotonic() < self._next:

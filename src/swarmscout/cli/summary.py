@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from swarmscout.cli.llm_options import llm_line
+
 if TYPE_CHECKING:
     from swarmscout.recording.run import Run
 
@@ -24,6 +26,7 @@ def summary_lines(run: Run) -> list[str]:
         "over time": _series(figures.get("area_at_step"), "step {}", "{:.0f} m²"),
         "reached": _series(figures.get("time_to"), "{}", "step {:.0f}"),
         "teams": _teams(figures),
+        "language model": llm_line(figures),
         "charging": _counts(figures, ("charges", "charges"), ("stranded", "stranded")),
         "driven": _driven(figures),
         "steps were": _shares(figures),
@@ -35,7 +38,7 @@ def summary_lines(run: Run) -> list[str]:
         ),
         "stranded": _stranded(figures, run.scenario.battery.return_rule),
     }
-    width = max(len(name) for name in lines)
+    width = max(len(name) for name, text in lines.items() if text)
     return [f"{name:<{width}}  {text}" for name, text in lines.items() if text]
 
 

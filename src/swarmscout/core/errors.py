@@ -5,6 +5,7 @@
 ├── ``WorldError``      a world cannot be loaded, generated or used
 ├── ``SelectorError``   a selector is unknown, cannot be loaded, or answered wrongly
 ├── ``PolicyError``     the same of a policy for the desired team size
+├── ``ModelError``      a language model is not configured, or a cassette lacks an answer
 ├── ``RunError``        a run folder cannot be written or read
 ├── ``ViewError``       a mission cannot be shown: a port, a file's name, a missing program
 └── ``StudyError``      a study's file or folder cannot be used, or its engine is lost
@@ -16,6 +17,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 __all__ = [
+    "ModelError",
     "PolicyError",
     "RunError",
     "ScenarioError",
@@ -46,6 +48,10 @@ class SelectorError(SwarmscoutError):
 
 class PolicyError(SwarmscoutError):
     """A policy is unknown, cannot be loaded, or gave an answer outside its contract."""
+
+
+class ModelError(SwarmscoutError):
+    """A language model is not configured or not installed, or a cassette lacks an answer."""
 
 
 class RunError(SwarmscoutError):

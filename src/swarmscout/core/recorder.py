@@ -14,6 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.core.model import Attempt
+
 __all__ = ["Decision", "Recorder", "StepRecord"]
 
 
@@ -36,6 +38,7 @@ class Decision:
         obstacle_neighbours: occupied cells among them.
         reason: the selector's own words.
         details: whatever else the selector wants on record (plain data for JSON).
+        attempts: what a language model was asked for it, and what became of it.
     """
 
     step: int
@@ -52,6 +55,7 @@ class Decision:
     obstacle_neighbours: int
     reason: str
     details: Mapping[str, Any]
+    attempts: tuple[Attempt, ...] = ()
 
 
 @dataclass(slots=True)

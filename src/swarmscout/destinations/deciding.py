@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -19,10 +20,12 @@ from swarmscout.core.blame import told
 from swarmscout.core.codes import CAUSES, CHARGE
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.recorder import Decision
+from swarmscout.destinations.asking import Ask, AskingSelector, TalkCounts, settle
 from swarmscout.destinations.fanning import fan_out
 from swarmscout.destinations.features import Features, Frontiers, Scratch
 from swarmscout.destinations.renewal import due_step, find_stale, share_destinations
 from swarmscout.destinations.selector import Choice, Selector
+from swarmscout.destinations.waiting import Waiting
 from swarmscout.mapping.occupancy import FRONTIER, OccupancyGrids
 from swarmscout.minds.minds import (
     DESTINATION,
@@ -51,6 +54,8 @@ class Destinations:
         name: what it is called in records.
         memories: per robot, what the selector wants to remember.
         seconds: how long the last step's decisions took.
+        ask: who answers a selector that asks a language model; None: it decides alone.
+        waiting: how long a model's answers take.
     """
 
     def __init__(
@@ -73,6 +78,9 @@ class Destinations:
         self.name = name
         self.memories: list[Any] = [None] * robots
         self.seconds = 0.0
+        self.ask: Ask | None = None
+        self.waiting = Waiting(0)
+        self._counts = TalkCounts()
         self._seed = seed
         self._heading_unit_rad = heading_unit_rad
         self._forward_m = forward_m
@@ -114,12 +122,14 @@ class Destinations:
             self._reach_m, self._stale_rule, self._avoid_steps, step, events, count,
         )  # fmt: skip
         decisions: list[Decision] = []
-        if asking:
+        leaders = np.flatnonzero(minds.state[:, NEEDS]).tolist() if asking else []
+        leaders += self._answered(minds, step, leaders)
+        if leaders:
             if self._scratch is None:
                 self._scratch = Scratch(frame)
             frontiers: dict[int, Frontiers] = {}
             views = []
-            for leader in minds.state[:, NEEDS].nonzero()[0].tolist():
+            for leader in sorted(leaders):
                 m = minds.row(leader)
                 if m not in frontiers:
                     frontiers[m] = Frontiers(grids, m, self._scratch)
@@ -129,8 +139,9 @@ class Destinations:
                             minds, grids, planner, links, frontiers[m], leader, previous, step
                         )
                     )
-            for view in views:
-                decisions.append(self._apply(view, self._ask(view), minds))
+            for view, choice in zip(views, self._choices(views, step), strict=True):
+                if choice is not None:
+                    decisions.append(self._apply(view, choice, minds))
         share_destinations(minds.state, minds.sending, links, minds.listeners == 1)
         minds.state[:, TARGET] = minds.state[:, DESTINATION]
         if self._fan is not None:
@@ -156,6 +167,44 @@ class Destinations:
             frame.origin_x_m, frame.origin_y_m, frame.cell_m, frame.rows, frame.columns,
             self._reach_m, fan_m, apart_m, step,
         )  # fmt: skip
+
+    def summary(self) -> dict[str, Any]:
+        """What conversations with a language model came to; empty for any other selector."""
+        return {} if self.ask is None else self._counts.figures()
+
+    def _answered(self, minds: Minds, step: int, asking: list[int]) -> list[int]:
+        """Leaders that need no destination, but whose model's answer arrives now."""
+        found = []
+        for robot in self.waiting.arriving(step):
+            state = minds.state[robot]
+            if not minds.sending[robot] or state[LEADER] != robot or state[MODE] == CHARGE:
+                self.waiting.drop(robot)
+            elif robot not in asking:
+                found.append(robot)
+        return found
+
+    def _choices(self, views: list[LeaderView], step: int) -> list[Choice | None]:
+        """Everybody's choice, None for who keeps what it has; a model is asked once for all."""
+        selector = self.selector
+        if self.ask is None or not isinstance(selector, AskingSelector):
+            return [self._ask(view) for view in views]
+        choices = [self.waiting.take(view) for view in views]
+        talks = {
+            k: (view.robot, selector.converse(view, self.memories[view.robot]))
+            for k, view in enumerate(views)
+            if choices[k] is None and view.cause and not self.waiting.holds(view.robot)
+        }
+        told = dict(zip(talks, settle(list(talks.values()), self.ask, step), strict=True))
+        for k, view in enumerate(views):
+            if k in told:
+                self._counts.add(told[k])
+                # The view's generator has gone on: the rule looks at a fresh one.
+                everything = np.ones(len(view.frontiers), dtype=np.bool_)
+                rule = partial(self._ask, view.among(everything))
+                choices[k] = self.waiting.put(view, told[k], rule)
+            elif choices[k] is None and view.cause:
+                choices[k] = self._ask(view)
+        return choices
 
     def _ask(self, view: LeaderView) -> Choice:
         try:
@@ -205,6 +254,7 @@ class Destinations:
             obstacle_neighbours=near_obstacles,
             reason=choice.reason,
             details=choice.details,
+            attempts=choice.attempts,
         )
 
     def _view(

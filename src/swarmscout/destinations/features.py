@@ -159,6 +159,11 @@ class Features:
         at = _find(self._frontiers.flat, cell)
         return at >= 0 and (self._keep is None or _find(self._keep, at) >= 0)
 
+    def among(self, keep: NDArray[np.bool_]) -> Features:
+        """The same with fewer frontiers: bool[n], those to keep."""
+        index = keep.nonzero()[0] if self._keep is None else self._keep[keep]
+        return Features(self._frontiers, index, self._place_m)
+
     def around(self) -> NDArray[np.int64]:
         """int64[2, n], frontier and occupied cells among the 8 neighbours."""
         counts = self._frontiers.around()

@@ -13,6 +13,8 @@ from swarmscout.core.errors import SelectorError
 from swarmscout.core.rules import RuleKind
 from swarmscout.destinations.hungarian import Hungarian
 from swarmscout.destinations.information_gain import InformationGain
+from swarmscout.destinations.llm.llm import Llm
+from swarmscout.destinations.llm.shortlist import LlmShortlist, ShortlistRandom
 from swarmscout.destinations.llm_like import LlmLike
 from swarmscout.destinations.minpos import MinPos
 from swarmscout.destinations.multi_criteria import MultiCriteria
@@ -26,7 +28,7 @@ from swarmscout.destinations.selector import Selector
 from swarmscout.destinations.utility import Utility
 from swarmscout.destinations.voronoi import Voronoi
 
-__all__ = ["RECOMMENDED", "SELECTORS", "make_selector", "selectors"]
+__all__ = ["RECOMMENDED", "SELECTORS", "make_selector", "model_selectors", "selectors"]
 
 RECOMMENDED = "multi-criteria"
 """The selector to start with where no other is asked for."""
@@ -47,19 +49,34 @@ BUILT_IN: dict[str, type] = {
     "multi-criteria": MultiCriteria,
 }
 
+WITH_MODELS: dict[str, type] = {
+    "llm": Llm,
+    "llm-shortlist": LlmShortlist,
+    "shortlist-random": ShortlistRandom,
+}
+"""Selectors that ask a language model, and their control; docs/llm.md has what they are worth."""
+
 SELECTORS: RuleKind[Selector] = RuleKind(
     noun="selector",
     method="choose(view, memory)",
     face=Selector,  # type: ignore[type-abstract]
     error=SelectorError,
     group="swarmscout.selectors",
-    built_in=BUILT_IN,
+    built_in=BUILT_IN | WITH_MODELS,
 )
 
 
 def selectors() -> dict[str, str]:
-    """Names of all selectors that can be used by name, each with one line on what it does."""
-    return SELECTORS.names()
+    """Names of all rules that can be used by name, each with one line on what it does.
+
+    :func:`model_selectors` has those that ask a language model.
+    """
+    return {name: line for name, line in SELECTORS.names().items() if name not in WITH_MODELS}
+
+
+def model_selectors() -> dict[str, str]:
+    """Names of the selectors that ask a language model and of their control, each with one line."""
+    return {name: (kind.__doc__ or "").splitlines()[0] for name, kind in WITH_MODELS.items()}
 
 
 def make_selector(

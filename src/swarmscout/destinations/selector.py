@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
+from swarmscout.core.model import Attempt
 from swarmscout.minds.view import LeaderView
 
 __all__ = ["Choice", "Selector"]
@@ -24,12 +25,14 @@ class Choice:
         reason: in a few words, why.
         memory: what the selector wants to be handed when this robot decides next.
         details: plain data for the record (kept as JSON).
+        attempts: what a language model was asked, and what became of it.
     """
 
     cell: tuple[int, int]
     reason: str = ""
     memory: Any = None
     details: Mapping[str, Any] = field(default_factory=dict)
+    attempts: tuple[Attempt, ...] = ()
 
 
 @runtime_checkable

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -193,6 +193,18 @@ class LeaderView:
     @cached_property
     def _around(self) -> NDArray[np.int64]:
         return self._features.around()  # type: ignore[no-any-return]
+
+    def among(self, keep: NDArray[np.bool_]) -> LeaderView:
+        """The same view with fewer frontiers to choose from, and with fresh generators.
+
+        Args:
+            keep: bool[F], at least one of them true.
+        """
+        kept = {field.name: getattr(self, field.name) for field in fields(self)}
+        kept["frontiers"] = _frozen(self.frontiers[keep])
+        kept["frontiers_m"] = _frozen(self.frontiers_m[keep])
+        kept["_features"] = None if self._features is None else self._features.among(keep)
+        return LeaderView(**kept)
 
     @cached_property
     def rng(self) -> np.random.Generator:

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from swarmscout.comms.beacons import exchange_beacons
 from swarmscout.core.codes import CHARGE
 from swarmscout.core.errors import ScenarioError
+from swarmscout.core.model import Model
 from swarmscout.core.recorder import Decision, Recorder, StepRecord
 from swarmscout.core.version import package_version
 from swarmscout.destinations.selector import Selector
+from swarmscout.destinations.waiting import Waiting
 from swarmscout.mapping.evidence import EvidenceLog, observe
 from swarmscout.mapping.exchange import exchange_evidence, share_evidence
 from swarmscout.mapping.occupancy import BeliefView, OccupancyGrids
@@ -57,6 +59,8 @@ class Mission:
         base: folder for relative paths of the scenario, besides the working directory.
         selector: overrides the scenario's ``destinations``; an object with a method ``choose``.
         policy: overrides the scenario's ``teams.policy``; an object with a method ``desired``.
+        model: answers a selector that asks a language model; None: what the scenario's section
+            ``llm`` and the environment name.
 
     Attributes:
         scenario, world: what is run, and where; they do not change.
@@ -68,7 +72,7 @@ class Mission:
         done, end_reason: whether the mission is over, and why (None until then).
 
     Raises:
-        SwarmscoutError: the scenario, its world, its selector or its policy cannot be used.
+        SwarmscoutError: the scenario, its world, its rules or its model cannot be used.
 
     Example:
         >>> mission = Mission(Scenario(world="lava-tube", robots=15, steps=20))
@@ -88,6 +92,7 @@ class Mission:
         base: Path | None = None,
         selector: Selector | None = None,
         policy: DesiredSizePolicy | None = None,
+        model: Model | None = None,
     ) -> None:
         scenario = setup.complete(scenario, seed, selector, policy)
         if world is None:
@@ -97,6 +102,10 @@ class Mission:
         self.world = world
         self.base = base
         self.destinations = setup.make_destinations(scenario, base, selector)
+        self.destinations.selector = setup.fitting(self.destinations.selector, scenario)
+        self.asker = setup.make_asker(scenario, self.destinations.selector, model)
+        self.destinations.ask = self.asker
+        self.destinations.waiting = Waiting(scenario.llm.latency_steps)
         self.sizes = setup.make_desired_sizes(scenario, base, policy)
         check_world(world, scenario.robots)
         self.stations_m = place_stations(world, scenario.robots)
@@ -109,17 +118,24 @@ class Mission:
         self.senses = Senses(scenario, world, self.headings)
         self.minds = blank_minds(robots, shared=shared)
         self.minds.state[:, DESIRED] = scenario.teams.desired_size
-        model = setup.make_model(scenario)
+        evidence_model = setup.make_model(scenario)
         neighbours = scenario.map.frontier_neighbours
-        self.grids = OccupancyGrids(self.frame, 1 if shared else robots, model, neighbours)
+        self.grids = OccupancyGrids(self.frame, 1 if shared else robots, evidence_model, neighbours)
         # What the swarm as a whole knows: the shared map, or all logs together, for judging.
-        self.swarm = self.grids if shared else OccupancyGrids(self.frame, 1, model, neighbours)
+        self.swarm = (
+            self.grids if shared else OccupancyGrids(self.frame, 1, evidence_model, neighbours)
+        )
         sensor, body = scenario.sensor, scenario.body
         reach_m = max(sensor.range_m, body.radius_m + body.forward_m + world.resolution_m) + 0.5
         self.log = EvidenceLog(robots, sensor.rays, reach_m, self.frame.cell_m, keep=not shared)
         self.known = np.zeros((robots, robots) if not shared else (1, 1), dtype=np.int64)
         self.planner = setup.make_planner(
-            scenario, self.frame, 1 if shared else robots, model, self.stations_m, self.headings
+            scenario,
+            self.frame,
+            1 if shared else robots,
+            evidence_model,
+            self.stations_m,
+            self.headings,
         )
         self.judge = Judge(
             map_truth(world, self.frame, scenario.body.radius_m), robots, scenario.body.forward_m
@@ -138,6 +154,7 @@ class Mission:
         teams = scenario.teams
         self._team_rules = teams.d_join_m, teams.silence_steps, teams.leave_rule
         self._return_reserve = setup.return_reserve(scenario)
+        self.decisions: list[Decision] = []
         self._recorder = recorder
         if recorder is not None:
             recorder.begin(self)
@@ -179,7 +196,9 @@ class Mission:
         self.sizes.decide(minds, self.grids, step)
         reorganize(minds, self._tally, links, step, *self._team_rules, *news)
         # "Team destination determination": leaders that need one choose from their own view.
-        decisions = self.destinations.decide(minds, self.grids, self.planner, links, step, *news)
+        self.decisions = self.destinations.decide(
+            minds, self.grids, self.planner, links, step, *news
+        )
         # "Each member then independently plans its route to the shared target and moves."
         self.planner.plan(minds, self.grids, step, *news)
         self.planner.steer(minds, self.grids, bodies.contact, self.action)
@@ -194,7 +213,7 @@ class Mission:
         self.end_reason = self._why_over()
         if self._recorder is not None:
             seconds = {"step": perf_counter() - started, "decide": self.destinations.seconds}
-            self._recorder.record(self._record(decisions, *changes, seconds))
+            self._recorder.record(self._record(self.decisions, *changes, seconds))
 
     def run(self, on_step: Callable[[Mission], None] | None = None) -> dict[str, Any]:
         """Run what is left of the mission.
@@ -247,7 +266,18 @@ class Mission:
             "steps": self.step_number,
             "end_reason": self.end_reason,
             **self.judge.summary(self.minds, self.swarm),
+            **self._llm_summary(),
         }
+
+    def close(self) -> None:
+        """Let go of a language model; harmless without one."""
+        if self.asker is not None:
+            self.asker.close()
+
+    def _llm_summary(self) -> dict[str, Any]:
+        if self.asker is None:
+            return {}
+        return {"llm": {**self.asker.figures(), **self.destinations.summary()}}
 
     def _links_now(self) -> NDArray[np.bool_]:
         if self._links is None:

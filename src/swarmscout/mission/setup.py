@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import ScenarioError
 from swarmscout.core.grid import GridFrame
+from swarmscout.core.model import Model
 from swarmscout.core.rules import IN_MEMORY, rule_name
 from swarmscout.core.streams import stream
+from swarmscout.destinations.asking import AskingSelector
 from swarmscout.destinations.deciding import Destinations
 from swarmscout.destinations.registry import SELECTORS
 from swarmscout.destinations.selector import Selector
 from swarmscout.destinations.terrain import CELL_BITS
+from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS, ModelSettings
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.costs import RouteCosts
@@ -28,8 +32,13 @@ from swarmscout.teams.registry import POLICIES
 from swarmscout.worlds.placing import place_robots
 from swarmscout.worlds.world import World
 
+if TYPE_CHECKING:
+    from swarmscout.llm.asker import Asker
+
 __all__ = [
     "complete",
+    "fitting",
+    "make_asker",
     "make_bodies",
     "make_desired_sizes",
     "make_destinations",
@@ -185,6 +194,31 @@ def make_desired_sizes(
     """
     name, size = scenario.teams.policy, scenario.teams.desired_size
     return DesiredSizes(policy or POLICIES.make(name, scenario.policy, base), rule_name(name), size)
+
+
+def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> Asker | None:
+    """Whoever answers the selector's questions; None for a selector that asks nobody.
+
+    Raises:
+        ModelError: no model is configured; the message says what to set.
+    """
+    if not isinstance(selector, AskingSelector):
+        return None
+    # Most missions ask nobody, and what talks to networks takes a while to import.
+    from swarmscout.llm.connect import connect
+
+    keys = scenario.llm.model_dump(exclude={"latency_steps"})
+    return connect(ModelSettings(**keys), model=model)
+
+
+def fitting(selector: Selector, scenario: Scenario) -> Selector:
+    """The selector, its prompts short enough for the embedded model if that is asked."""
+    if scenario.llm.provider != "embedded" or not isinstance(selector, AskingSelector):
+        return selector
+    if selector.prompt_tokens <= EMBEDDED_PROMPT_TOKENS:
+        return selector
+    shorter: Selector = replace(selector, prompt_tokens=EMBEDDED_PROMPT_TOKENS)  # type: ignore[type-var]
+    return shorter
 
 
 def return_reserve(scenario: Scenario) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from swarmscout.core.codes import ACTIONS, EVENTS, MODES
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.recorder import Decision, StepRecord
+from swarmscout.recording.attempts import attempts_frame
 from swarmscout.recording.tables import CONTACTS, schema_of, words
 
 if TYPE_CHECKING:
@@ -139,6 +140,9 @@ class Chunk:
             "steps": self._steps_frame,
             "map_changes": lambda: _whole_numbers("map_changes", self._changes, self._ends[2]),
             "decisions": self._decisions_frame,
+            "attempts": lambda: attempts_frame(
+                (d for d, _ in self._decisions[: self._ends[3]]), self._columns
+            ),
             "events": self._events_frame,
             "timing": self._timing_frame,
             "coverage": lambda: self._coverage_frame(coverage_types),

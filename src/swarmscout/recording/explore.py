@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, WorldError
+from swarmscout.core.model import Model
 from swarmscout.core.recorder import Recorder, StepRecord
 from swarmscout.core.rules import RuleKind
 from swarmscout.destinations.registry import RECOMMENDED, SELECTORS
@@ -44,6 +45,7 @@ def explore(
     *,
     out: str | Path | None = None,
     record: str = "full",
+    model: Model | None = None,
     **more: Any,
 ) -> Run:
     """Run a mission to its end.
@@ -60,6 +62,7 @@ def explore(
         seed: starts, noise, charge, characters, decisions.
         out: a new or empty folder for the run; None keeps it in memory.
         record: ``full``; ``curves`` (no steps, maps or events); ``summary``.
+        model: answers a selector that asks a language model, instead of the scenario's.
         **more: further scenario keys; a section is a mapping: ``teams={"desired_size": 3}``, in
             which ``policy`` may be a policy's class or an object too.
 
@@ -71,6 +74,7 @@ def explore(
         WorldError: the world cannot be loaded.
         SelectorError: the selector is unknown.
         PolicyError: the policy is unknown.
+        ModelError: the selector asks a language model, and none is configured.
         RunError: ``out`` is not empty or cannot be written.
 
     Example:
@@ -96,7 +100,7 @@ def explore(
     scenario = make_scenario(keys)
     at_hand = given if isinstance(given, World) else None
     return record_mission(
-        scenario, out=out, record=record, world=at_hand, selector=rule, policy=sizes
+        scenario, out=out, record=record, world=at_hand, selector=rule, policy=sizes, model=model
     )
 
 
@@ -139,6 +143,7 @@ def record_mission(
     selector: Selector | None = None,
     policy: DesiredSizePolicy | None = None,
     on_step: Callable[[Mission], None] | None = None,
+    model: Model | None = None,
     watchers: Sequence[Recorder] = (),
 ) -> Run:
     """Run a scenario's mission and record it.
@@ -155,6 +160,7 @@ def record_mission(
         selector: the rule for destinations, when it is not to be found by the scenario's name.
         policy: the same for desired team sizes.
         on_step: called with the mission after each step.
+        model: answers a selector that asks a language model, instead of the scenario's.
         watchers: further recorders, for example one that shows the mission while it runs.
 
     Raises:
@@ -163,11 +169,13 @@ def record_mission(
     check_level(record)
     folder = None if out is None else claim_folder(as_path(out))
     writer = RunWriter(folder, level=record, whole_world=world is not None)
+    mission: Mission | None = None
     try:
         recorder = _All([writer, *watchers]) if watchers else writer
         mission = Mission(
-            scenario, world=world, recorder=recorder, base=base, selector=selector, policy=policy
-        )
+            scenario, world=world, recorder=recorder, base=base, selector=selector, policy=policy,
+            model=model,
+        )  # fmt: skip
         mission.run(on_step)
     except BaseException:
         # The reason for breaking off is what matters; that the disk is full was it, perhaps.
@@ -176,6 +184,9 @@ def record_mission(
         if folder is not None:
             release_folder(folder)
         raise
+    finally:
+        if mission is not None:
+            mission.close()
     return writer.run()
 
 

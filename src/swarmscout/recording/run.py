@@ -19,6 +19,7 @@ from swarmscout.core.errors import RunError, ScenarioError
 from swarmscout.core.grid import GridFrame
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import load_scenario
+from swarmscout.recording.attempts import TEXTS
 from swarmscout.recording.kept_world import give_world_back
 from swarmscout.recording.parts import read_table
 from swarmscout.recording.run_folder import as_path
@@ -70,6 +71,7 @@ class Run:
         self._in_memory: Mapping[str, list[pl.DataFrame]] = {}
         self._world: World | None = None
         self._final_map: NDArray[np.int32] | None = None
+        self._texts: dict[str, str] = {}
 
     @staticmethod
     def open(path: str | Path) -> Run:
@@ -104,12 +106,14 @@ class Run:
         summary: dict[str, Any] | None,
         tables: Mapping[str, list[pl.DataFrame]],
         final_map: NDArray[np.int32] | None,
+        texts: Mapping[str, str] | None = None,
     ) -> Run:
         """A run that is on no disk; :meth:`swarmscout.recording.writer.RunWriter.run` makes it."""
         run = Run(path=None, scenario=scenario, facts=facts, summary=summary)
         run._in_memory = {table: list(frames) for table, frames in tables.items()}
         run._world = world
         run._final_map = final_map
+        run._texts = dict(texts or {})
         return run
 
     def __repr__(self) -> str:
@@ -136,6 +140,28 @@ class Run:
     def decisions(self) -> pl.DataFrame:
         """A row per choice of a destination."""
         return self.table("decisions")
+
+    @property
+    def attempts(self) -> pl.DataFrame:
+        """A row per question to a language model; without rows where none was asked."""
+        return self.table("attempts")
+
+    def text(self, name: str) -> str:
+        """A prompt or an answer, by the hash that stands in ``attempts``.
+
+        Raises:
+            RunError: the run has no such text.
+        """
+        if self.path is None:
+            if name in self._texts:
+                return self._texts[name]
+            raise RunError(f"the run has no text '{name}'")
+        file = self.path / TEXTS / f"{name}.txt"
+        try:
+            return file.read_bytes().decode()
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
+            raise RunError(f"cannot read '{file}': {reason}") from None
 
     @property
     def events(self) -> pl.DataFrame:
@@ -221,7 +247,10 @@ class Run:
             frames = self._in_memory.get(name, [])
             how: Any = "diagonal" if name == "timing" else "vertical"
             return pl.concat(frames, how=how, rechunk=True) if frames else empty_table(name)
-        if self.finished and not (self.path / f"{name}.parquet").exists():
+        there = (self.path / f"{name}.parquet").exists()
+        if name == "attempts" and not there and not (self.path / TEXTS).exists():
+            return empty_table(name)  # Nobody was asked, or the run is older than the table.
+        if self.finished and not there:
             raise RunError(f"'{self.path / f'{name}.parquet'}' is missing: the run is damaged")
         frame = read_table(self.path, name)
         if self.finished or name == "coverage":

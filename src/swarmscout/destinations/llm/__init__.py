@@ -1,0 +1,1 @@
+"""Destinations chosen by a language model: what it is told, and what counts as its answer."""

@@ -1,0 +1,170 @@
+"""The paper's selector: a language model chooses among the frontiers of the leader's map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from swarmscout.core.errors import did_you_mean
+from swarmscout.destinations.asking import Talk
+from swarmscout.destinations.llm.encodings import ENCODINGS
+from swarmscout.destinations.llm.features import FEATURES
+from swarmscout.destinations.llm.prompts import Prompt, load_prompt
+from swarmscout.destinations.llm.remembered import Remembered
+from swarmscout.destinations.llm.talk import Outcome, converse, question
+from swarmscout.destinations.selector import Choice, Selector
+from swarmscout.minds.view import LeaderView
+
+__all__ = ["Llm", "at_least", "one_of", "rule_of", "settled"]
+
+
+def rule_of(name: str, parameters: Mapping[str, Any] | None = None) -> Selector:
+    """The rule that decides without a model."""
+    # The registry knows this module, so it is imported when a rule is made and not before.
+    from swarmscout.destinations.registry import make_selector
+
+    return make_selector(name, parameters)
+
+
+def one_of(name: str, value: str, known: Any) -> None:
+    """Check a parameter that is a word.
+
+    Raises:
+        ValueError: it is not among those known.
+    """
+    if value not in known:
+        raise ValueError(f"{name} = '{value}' is unknown: {did_you_mean(value, known)}")
+
+
+def at_least(name: str, value: int, least: int) -> None:
+    """Check a parameter that is a whole number.
+
+    Raises:
+        ValueError: it is smaller, or no whole number.
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise ValueError(f"{name} = {value!r} must be a whole number of at least {least}")
+
+
+@dataclass(frozen=True)
+class Llm:
+    """A language model chooses a frontier of the leader's map (the paper's method).
+
+    Until the warm-up is over, and whenever no valid answer comes, the baseline decides. It draws
+    before the model is asked: with a model that never answers the mission is the baseline's.
+
+    Attributes:
+        encoding: how the view is written down: ``cells`` (the paper's), ``rows``, ``frontiers``,
+            ``clusters`` or ``ascii``.
+        features: of frontiers in tables: ``paper``, or ``full`` (ways, turns, unknown area, …).
+        prompt: a template that comes with the package, or a TOML file.
+        prompt_tokens: a prompt's budget; the least informative cells are left out beyond it.
+        answer_tokens: longest answer.
+        warm_up_steps: until this step the baseline decides.
+        retries: an invalid answer is asked again at most so often.
+        baseline: a selector's name; baseline_parameters: its parameters.
+        history: so many of the team's own last decisions, and their outcome, stand in the prompt.
+        shuffle: show tables of candidates in a random order instead of the map's.
+
+    Source: paper, "LLM-based team destination determination" and "Setup".
+    """
+
+    encoding: str = "cells"
+    features: str = "paper"
+    prompt: str = "paper"
+    prompt_tokens: int = 100_000
+    answer_tokens: int = 1200
+    warm_up_steps: int = 20
+    retries: int = 5
+    baseline: str = "quantile"
+    baseline_parameters: Mapping[str, Any] = field(default_factory=dict)
+    history: int = 0
+    shuffle: bool = False
+
+    def __post_init__(self) -> None:
+        one_of("encoding", self.encoding, ENCODINGS)
+        one_of("features", self.features, FEATURES)
+        at_least("prompt_tokens", self.prompt_tokens, 200)
+        at_least("answer_tokens", self.answer_tokens, 10)
+        for name in ("warm_up_steps", "retries", "history"):
+            at_least(name, getattr(self, name), 0)
+        assert self._rule is not None
+        assert self._prompt is not None
+
+    @cached_property
+    def _rule(self) -> Selector:
+        return rule_of(self.baseline, self.baseline_parameters)
+
+    @cached_property
+    def _prompt(self) -> Prompt:
+        return load_prompt(self.prompt)
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        """What is chosen when no model answers: the baseline's choice."""
+        kept = memory if isinstance(memory, Remembered) else Remembered()
+        plain = self._rule.choose(view, kept.rule)
+        return settled(view, plain, Outcome(None, "", ()), {}, kept, self.history)
+
+    def converse(self, view: LeaderView, memory: Any) -> Talk:
+        """See :class:`swarmscout.destinations.asking.AskingSelector`."""
+        kept = memory if isinstance(memory, Remembered) else Remembered()
+        plain = self._rule.choose(view, kept.rule)
+        if view.step <= self.warm_up_steps:
+            outcome = Outcome(None, "", ())
+            details: dict[str, Any] = {"warm_up": True}
+        else:
+            frontiers = len(view.frontiers)
+            order = view.rng.permutation(frontiers) if self.shuffle else np.arange(frontiers)
+            encode = ENCODINGS[self.encoding]
+            encoded = encode(view, self.prompt_tokens, order, self.features)
+            messages = question(view, encoded, self._prompt, kept.told(view, self.history))
+            outcome = yield from converse(
+                view,
+                encoded,
+                self._prompt,
+                messages,
+                encoding=self.encoding,
+                brief=False,
+                attempts=1 + self.retries,
+                max_tokens=self.answer_tokens,
+            )
+            cells = [candidate.cell for candidate in encoded.candidates]
+            details = {"shown": len(cells)}
+            if outcome.cell in cells:
+                details["place"] = cells.index(outcome.cell) + 1
+        return settled(view, plain, outcome, details, kept, self.history)
+
+
+def settled(
+    view: LeaderView,
+    plain: Choice,
+    outcome: Outcome,
+    details: Mapping[str, Any],
+    kept: Remembered,
+    history: int,
+    rule_memory: Any = None,
+) -> Choice:
+    """The choice after a conversation: the model's, or that of the rule.
+
+    Args:
+        view: what the leader knows.
+        plain: the rule's choice.
+        outcome: of the conversation.
+        details: for the record.
+        kept: the memory so far; history: how many decisions to remember.
+        rule_memory: what the rule remembers after the model's choice; None: as after its own.
+    """
+    told = dict(details)
+    if outcome.cell is None:
+        if outcome.fallback:
+            told["fallback"] = outcome.fallback
+        told.update(plain.details)
+        memory = kept.after(view, plain.memory, plain.cell, plain.reason, history)
+        return Choice(plain.cell, plain.reason, memory, told, outcome.attempts)
+    rule = plain.memory if rule_memory is None else rule_memory
+    memory = kept.after(view, rule, outcome.cell, outcome.reason, history)
+    return Choice(outcome.cell, outcome.reason, memory, told, outcome.attempts)

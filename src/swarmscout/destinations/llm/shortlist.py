@@ -1,0 +1,221 @@
+"""A model that chooses among the few candidates that a rule ranks best, and its honest control."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from swarmscout.destinations.asking import Talk
+from swarmscout.destinations.llm.encoded import Candidate, Encoded
+from swarmscout.destinations.llm.features import FEATURES, columns_of
+from swarmscout.destinations.llm.llm import at_least, one_of, rule_of, settled
+from swarmscout.destinations.llm.prompts import Prompt, load_prompt
+from swarmscout.destinations.llm.remembered import Remembered
+from swarmscout.destinations.llm.tables import number
+from swarmscout.destinations.llm.talk import Outcome, converse, question
+from swarmscout.destinations.selector import Choice, Selector
+from swarmscout.minds.view import LeaderView
+
+__all__ = ["LlmShortlist", "ShortlistRandom", "best_of"]
+
+_WORDS = {
+    "distance_m": "distance m",
+    "way_m": "way m",
+    "turn_deg": "turn °",
+    "unknown_m2": "unexplored m2",
+    "frontier_neighbours": "frontier cells beside it",
+    "obstacle_neighbours": "obstacles beside it",
+    "nearest_other_destination_m": "m to other teams' goals",
+}
+"""What a prompt calls each feature: short, since small models are slow readers."""
+
+_LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+
+
+def best_of(rule: Selector, view: LeaderView, memory: Any, k: int, apart_m: float) -> list[Choice]:
+    """What a rule chooses, then what it would choose without that and what is near it, and so on.
+
+    For a rule that scores frontiers one by one these are its k best that lie apart.
+
+    Args:
+        rule: who ranks.
+        view: the leader's.
+        memory: what the rule remembers.
+        k: how many.
+        apart_m: candidates are at least so far from each other.
+
+    Returns:
+        Up to k choices, the rule's own first.
+    """
+    found: list[Choice] = []
+    left = view
+    while len(found) < k:
+        choice = rule.choose(left, memory)
+        found.append(choice)
+        row, col = choice.cell
+        off = left.frontiers_m - np.array(view.frame.centre_of(int(row), int(col)))
+        far = off[:, 0] ** 2 + off[:, 1] ** 2 >= max(apart_m, 1e-6) ** 2
+        if not far.any():
+            break
+        left = left.among(far)
+    return found
+
+
+@dataclass(frozen=True)
+class _Shortlist:
+    rule: str = "multi-criteria"
+    rule_parameters: Mapping[str, Any] = field(default_factory=dict)
+    k: int = 5
+    apart_m: float = 2.0
+    warm_up_steps: int = 20
+
+    def __post_init__(self) -> None:
+        at_least("k", self.k, 1)
+        if self.k > len(_LETTERS):
+            raise ValueError(f"k = {self.k} must be at most {len(_LETTERS)}")
+        at_least("warm_up_steps", self.warm_up_steps, 0)
+        if not self.apart_m >= 0.0:
+            raise ValueError(f"apart_m = {self.apart_m!r} must be at least 0")
+        assert self._rule is not None
+
+    @cached_property
+    def _rule(self) -> Selector:
+        return rule_of(self.rule, self.rule_parameters)
+
+    def _shuffled(self, view: LeaderView, memory: Any) -> tuple[Choice, list[Choice]]:
+        """The rule's own choice, and the shortlist in random order."""
+        best = best_of(self._rule, view, memory, self.k, self.apart_m)
+        return best[0], [best[k] for k in view.rng.permutation(len(best)).tolist()]
+
+
+@dataclass(frozen=True)
+class LlmShortlist(_Shortlist):
+    """A language model chooses among the few candidates that a rule ranks best.
+
+    They are shown in random order. Until the warm-up is over, and whenever no valid answer comes,
+    the rule decides. What the model adds shows against the rule alone and ``shortlist-random``.
+
+    Attributes:
+        rule: who ranks; rule_parameters: its parameters.
+        k: how many candidates.
+        apart_m: they are at least so far from each other: neighbouring cells are hardly a choice.
+        warm_up_steps: until this step the rule decides.
+        features: ``paper`` or ``full``.
+        prompt: a template that comes with the package, or a TOML file.
+        answer_tokens: longest answer.
+        retries: an invalid answer is asked again at most so often.
+        history: so many of the team's own last decisions, and their outcome, stand in the prompt.
+    """
+
+    features: str = "full"
+    prompt: str = "shortlist"
+    answer_tokens: int = 120
+    retries: int = 5
+    history: int = 0
+    prompt_tokens: int = 2000
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        one_of("features", self.features, FEATURES)
+        at_least("answer_tokens", self.answer_tokens, 10)
+        at_least("retries", self.retries, 0)
+        at_least("history", self.history, 0)
+        assert self._prompt is not None
+
+    @cached_property
+    def _prompt(self) -> Prompt:
+        return load_prompt(self.prompt)
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        """What is chosen when no model answers: the rule's choice."""
+        kept = memory if isinstance(memory, Remembered) else Remembered()
+        plain = self._rule.choose(view, kept.rule)
+        return settled(view, plain, Outcome(None, "", ()), {}, kept, self.history)
+
+    def converse(self, view: LeaderView, memory: Any) -> Talk:
+        """See :class:`swarmscout.destinations.asking.AskingSelector`."""
+        kept = memory if isinstance(memory, Remembered) else Remembered()
+        if view.step <= self.warm_up_steps:
+            plain = self._rule.choose(view, kept.rule)
+            warm_up = Outcome(None, "", ())
+            return settled(view, plain, warm_up, {"warm_up": True}, kept, self.history)
+        plain, shown = self._shuffled(view, kept.rule)
+        encoded = self._encoded(view, shown)
+        outcome = yield from converse(
+            view,
+            encoded,
+            self._prompt,
+            question(view, encoded, self._prompt, kept.told(view, self.history)),
+            encoding="shortlist",
+            brief=True,
+            attempts=1 + self.retries,
+            max_tokens=self.answer_tokens,
+        )
+        details: dict[str, Any] = {"shown": len(shown)}
+        rule_memory = None
+        if outcome.cell is not None:
+            cells = [candidate.cell for candidate in encoded.candidates]
+            place = cells.index(outcome.cell)
+            details["place"] = place + 1
+            details["rule_place"] = cells.index(_cell(plain)) + 1
+            rule_memory = shown[place].memory
+        return settled(view, plain, outcome, details, kept, self.history, rule_memory)
+
+    def _encoded(self, view: LeaderView, shown: list[Choice]) -> Encoded:
+        cells = [_cell(choice) for choice in shown]
+        index = {(row, col): k for k, (row, col) in enumerate(view.frontiers.tolist())}
+        picked = np.array([index[cell] for cell in cells], dtype=np.int64)
+        columns = {name: c[picked] for name, c in columns_of(view, self.features).items()}
+        names = list(_LETTERS[: len(cells)])
+        if "way_m" in columns:
+            del columns["distance_m"]
+        kept = [name for name in _WORDS if name in columns]
+        lines = [
+            f"{name}: " + ", ".join(_short(key, columns[key][k]) for key in kept)
+            for k, name in enumerate(names)
+        ]
+        return Encoded(
+            f"Candidates ({', '.join(_WORDS[name] for name in kept)}):",
+            "\n".join(lines),
+            tuple(Candidate(name, cell) for name, cell in zip(names, cells, strict=True)),
+            closed=True,
+        )
+
+
+@dataclass(frozen=True)
+class ShortlistRandom(_Shortlist):
+    """Any of the few candidates that a rule ranks best: the control for ``llm-shortlist``.
+
+    Attributes:
+        rule: who ranks; rule_parameters: its parameters.
+        k: how many candidates.
+        apart_m: they are at least so far from each other.
+        warm_up_steps: until this step the rule decides.
+    """
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        """See :class:`swarmscout.destinations.selector.Selector`."""
+        if view.step <= self.warm_up_steps:
+            return self._rule.choose(view, memory)
+        plain, shown = self._shuffled(view, memory)
+        picked = shown[0]
+        ranked = [_cell(choice) for choice in shown]
+        return Choice(
+            picked.cell,
+            reason=f"one of {len(shown)} at random",
+            memory=picked.memory,
+            details={"shown": len(shown), "rule_place": ranked.index(_cell(plain)) + 1},
+        )
+
+
+def _short(name: str, value: float) -> str:
+    """A feature for small models: metres with a decimal, all else as whole numbers."""
+    return number(value if name in ("way_m", "distance_m") else np.round(value))
+
+
+def _cell(choice: Choice) -> tuple[int, int]:
+    return int(choice.cell[0]), int(choice.cell[1])

@@ -1,0 +1,172 @@
+"""The small model that needs no network: started when it is asked for, ended with the mission.
+
+It is for trying the whole path and for tests. It explores no better than chance: docs/llm.md.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import secrets
+import subprocess
+import sys
+import tempfile
+import threading
+from importlib.util import find_spec
+from pathlib import Path
+from typing import IO
+
+from swarmscout.core.errors import ModelError
+from swarmscout.core.model import Reply, Request
+from swarmscout.llm.failures import TryFailed
+from swarmscout.llm.installed import model_file
+from swarmscout.llm.openai_model import OpenAIModel
+from swarmscout.llm.settings import Endpoint, Secret
+
+__all__ = ["Embedded", "servers_at_once"]
+
+CONTEXT_TOKENS = 8192
+_START_S = 60.0
+
+
+def servers_at_once() -> int:
+    """How many servers share the work: one for each core, two at most."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return max(1, min(2, cores or 1))
+
+
+class Embedded:
+    """A local model behind its own HTTP servers; sends a request once.
+
+    Args:
+        file: a GGUF file; empty for the model that ``swarmscout models install`` brought.
+        name: what the model is called in records.
+        threads: of each server. More than one may change answers with the machine.
+        temperature: of sampling.
+        structured: see :class:`swarmscout.llm.openai_model.OpenAIModel`.
+        servers: how many; each answers one question at a time.
+
+    Raises:
+        ModelError: the extra ``local-llm`` or the model is not installed.
+    """
+
+    def __init__(
+        self,
+        file: str,
+        name: str,
+        *,
+        threads: int = 1,
+        temperature: float = 0.0,
+        structured: str = "auto",
+        servers: int = 1,
+    ) -> None:
+        if find_spec("xllamacpp") is None or find_spec("openai") is None:
+            raise ModelError(
+                "the embedded model needs an extra: pip install 'swarmscout[local-llm]', then "
+                "swarmscout models install smollm2"
+            )
+        path = model_file(file)
+        self._free: queue.SimpleQueue[_Server] = queue.SimpleQueue()
+        self._servers = [
+            _Server(path, name, threads, temperature, structured) for _ in range(servers)
+        ]
+        for server in self._servers:
+            self._free.put(server)
+
+    def send(self, request: Request, timeout_s: float) -> Reply:
+        """Send a request once, to a server that is free.
+
+        Raises:
+            TryFailed: no usable answer came.
+        """
+        server = self._free.get()
+        try:
+            return server.send(request, timeout_s)
+        finally:
+            self._free.put(server)
+
+    def close(self) -> None:
+        """End the servers."""
+        for server in self._servers:
+            server.close()
+
+
+class _Server:
+    """One server process; it loads its model while robots already drive."""
+
+    def __init__(
+        self, path: Path, name: str, threads: int, temperature: float, structured: str
+    ) -> None:
+        self._name = name
+        self._form = (temperature, structured)
+        self._model: OpenAIModel | None = None
+        self._lock = threading.Lock()
+        self._key = Secret(secrets.token_hex(16))
+        self._said: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 (closed in close)
+        self._process = subprocess.Popen(
+            [
+                sys.executable,
+                "-m",
+                "swarmscout.llm.embedded_server",
+                str(path),
+                str(threads),
+                str(CONTEXT_TOKENS),
+            ],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._said,
+            # Ctrl-C is for whoever started us: the server goes on until its input ends.
+            start_new_session=True,
+            env={key: v for key, v in os.environ.items() if not key.endswith("_API_KEY")},
+        )
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{self._key.reveal()}\n".encode())
+        self._process.stdin.flush()
+
+    def send(self, request: Request, timeout_s: float) -> Reply:
+        with self._lock:
+            if self._model is None:
+                self._model = self._connected()
+        return self._model.send(request, timeout_s)
+
+    def close(self) -> None:
+        if self._model is not None:
+            self._model.close()
+        for pipe in (self._process.stdin, self._process.stdout):
+            assert pipe is not None
+            pipe.close()
+        try:
+            self._process.wait(timeout=2.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._said.close()
+
+    def _connected(self) -> OpenAIModel:
+        address = self._address()
+        if not address.startswith("http"):
+            code = self._process.poll()
+            self._said.seek(0)
+            lines = self._said.read().decode(errors="replace").strip().splitlines()
+            why = lines[-1][:160] if lines else f"it ended with code {code}"
+            raise TryFailed("no connection", f"the embedded model did not start: {why}")
+        endpoint = Endpoint("server", self._name, f"{address}/v1", "", self._key)
+        temperature, structured = self._form
+        return OpenAIModel(
+            endpoint,
+            temperature=temperature,
+            structured=structured,
+            extra={"cache_prompt": False, "seed": 0},
+        )
+
+    def _address(self) -> str:
+        """What the server says on its first line; empty if it says nothing in time."""
+        found: list[str] = []
+        pipe = self._process.stdout
+        assert pipe is not None
+        reader = threading.Thread(
+            target=lambda: found.append(pipe.readline().decode().strip()), daemon=True
+        )
+        reader.start()
+        reader.join(_START_S)
+        return found[0] if found else ""
