@@ -27,7 +27,13 @@ PIXELS = """(selector) => {
     for (let i = 0; i < pixels.length; i++) sum += pixels[i] * (1 + (i % 977));
     return sum;
 }"""
-MAP, SCENE, CURVE = "#maps canvas", "#scenes canvas", "#curves canvas"
+MAP, SCENE = "#maps canvas", "#scenes canvas"
+CURSOR = """() => {
+    const cursor = document.querySelector("#curves .cursor").getBoundingClientRect();
+    const chart = document.querySelector("#curves .u-over").getBoundingClientRect();
+    const told = document.querySelector("#curves output").textContent;
+    return [(cursor.left + 0.5 - chart.left) / chart.width, told];
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +48,9 @@ def test_a_file_shows_what_the_run_holds(file, run, watched):
     page = seen.open(f"{file.as_uri()}#t=30&robot=5")
     assert page.title() == "seen · swarmscout"
     assert page.evaluate("[player.clock.step, player.look.selected]") == [30, 5]
+
+    # On a slow machine the view takes fewer pixels after a while, which is not what is tested here.
+    page.evaluate("player.scenes[0].keepPace = () => {}")
 
     pictures = {}
     for step in (0, 30, run.last_step):
@@ -63,12 +72,16 @@ def test_a_file_shows_what_the_run_holds(file, run, watched):
         assert (labels == labels_at(run, step)).all()
         edge = np.array(page.evaluate("[...player.maps[0].frontier]")).reshape(run.frame.shape)
         assert (edge.astype(bool) == frontier_cells(labels_at(run, step))).all()
-        pictures[step] = [page.evaluate(PIXELS, name) for name in (MAP, SCENE, CURVE)]
+        pictures[step] = [page.evaluate(PIXELS, name) for name in (MAP, SCENE)]
+        x, told = page.evaluate(CURSOR)
+        assert x == pytest.approx(step / run.last_step, abs=0.005)
+        assert told == str(round(run.coverage["explored_m2"][step]))
+    assert page.evaluate(PIXELS, "#curves canvas") > 0
     # What is inside the canvases changes when one scrubs, and comes back.
     for a, b in ((0, 30), (30, run.last_step)):
         assert all(x != y for x, y in zip(pictures[a], pictures[b], strict=True))
     page.evaluate("player.clock.goTo(30); player.draw()")
-    assert [page.evaluate(PIXELS, name) for name in (MAP, SCENE)] == pictures[30][:2]
+    assert [page.evaluate(PIXELS, name) for name in (MAP, SCENE)] == pictures[30]
     assert page.evaluate("player.mission.decisions.length") == run.decisions.height
     assert seen.troubles == []
     assert seen.requests == [
@@ -108,7 +121,9 @@ def test_keys_buttons_and_links(file, run, watched):
     page.keyboard.press("Escape")
     assert not page.is_visible("#keys")
 
-    page.keyboard.press("+")
+    for key in ("+", "-", "-", "-"):
+        page.keyboard.press(key)
+    assert page.evaluate("player.clock.speed") == 2  # So slow that the end is far away.
     page.keyboard.press("Space")
     seen.until(f"player.clock.time > 27 && {step} > 26")
     page.keyboard.press("Space")

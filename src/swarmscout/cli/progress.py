@@ -1,4 +1,4 @@
-"""The progress bar: on a terminal what matters of a mission, elsewhere nothing."""
+"""The progress bar: on a terminal the map and what matters of a mission, elsewhere nothing."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rich.progress import Progress as RichProgress
     from rich.progress import TaskID
 
+    from swarmscout.cli.mini_map import ProgressWithMap
     from swarmscout.mission.mission import Mission
 
 __all__ = ["Progress", "state_of"]
@@ -42,7 +42,7 @@ class Progress:
 
     def __init__(self, steps: int) -> None:
         self._steps = steps
-        self._bar: RichProgress | None = None
+        self._bar: ProgressWithMap | None = None
         self._task: TaskID | None = None
         self._next = 0.0
 
@@ -50,10 +50,11 @@ class Progress:
         """Draw the bar when someone sits in front of it."""
         if sys.stdout.isatty():
             from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-            from rich.progress import Progress as RichProgress
+
+            from swarmscout.cli.mini_map import ProgressWithMap
 
             fields = (TextColumn(f"{{task.fields[{name}]}}") for name in _FIELDS)
-            self._bar = RichProgress(
+            self._bar = ProgressWithMap(
                 TextColumn("step"),
                 MofNCompleteColumn(),
                 BarColumn(),
@@ -89,4 +90,5 @@ class Progress:
         if self._bar is None or self._task is None or time.monotonic() < self._next:
             return
         self._next = time.monotonic() + _REDRAW_S
+        self._bar.show_map(mission)
         self._bar.update(self._task, completed=mission.step_number, **state_of(mission))

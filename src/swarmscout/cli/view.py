@@ -19,6 +19,8 @@ def view(
     /,
     *,
     export: Annotated[Path | None, Parameter(metavar="FILE.html")] = None,
+    record_rrd: Annotated[Path | None, Parameter(metavar="FILE.rrd")] = None,
+    rerun: bool = False,
     host: str = "127.0.0.1",
     port: int | None = None,
     browser: bool = True,
@@ -29,6 +31,8 @@ def view(
         run: a run's folder, of a finished mission or of a killed one.
         other: another run's folder, to be shown beside it, in step.
         export: write the page and all its data into this one file instead of serving it.
+        record_rrd: write the run as a recording for the Rerun viewer (extra rerun).
+        rerun: open the run in the Rerun viewer instead (extra rerun).
         host: the address to listen on; the default lets nobody in but this machine.
         port: the port to listen on; by default 8642, or any free one if that is taken.
         browser: open the page in the default browser.
@@ -39,6 +43,8 @@ def view(
     runs = [Run.open(folder) for folder in (run, other) if folder is not None]
     if export is not None:
         return _export(runs, export)
+    if record_rrd is not None or rerun:
+        return _rerun(runs, record_rrd, show=rerun)
     from swarmscout.cli.serving import serve_until_interrupted
     from swarmscout.viewing.player.server import PlayerServer, Recorded
 
@@ -54,3 +60,18 @@ def _export(runs: list[Run], file: Path) -> int:
     size = export_page(runs, file).stat().st_size
     print(f"page: {file} ({size / 1e6:.1f} MB; it needs nothing else, send it as it is)")
     return 0
+
+
+def _rerun(runs: list[Run], file: Path | None, *, show: bool) -> int:
+    from tempfile import TemporaryDirectory
+
+    from swarmscout.core.errors import ViewError
+    from swarmscout.viewing.rerun_recording import record_rrd, show_rrd
+
+    if len(runs) > 1:
+        raise ViewError("Rerun shows one run at a time: give one")
+    with TemporaryDirectory() as folder:
+        path = record_rrd(runs[0], Path(folder) / "mission.rrd" if file is None else file)
+        if file is not None:
+            print(f"recording: {path} ({path.stat().st_size / 1e6:.1f} MB)")
+        return show_rrd(path) if show else 0

@@ -2,6 +2,8 @@
 
 /* global uPlot */
 
+import { element } from "./elements.js";
+
 const CHARTS = [
   { key: "explored", title: "explored area (m²)", height: 1.35, series: ["explored_m2"] },
   { key: "charge", title: "charge: mean and least (%)", height: 1, series: ["mean", "least"] },
@@ -37,7 +39,7 @@ export class Curves {
   moveTo(step) {
     if (step === this.step) return;
     this.step = step;
-    for (const plot of this.plots) plot.redraw(false);
+    for (const plot of this.plots) this.#placeCursor(plot);
   }
 
   #values(k, name) {
@@ -85,10 +87,9 @@ export class Curves {
         });
       });
     });
-    const figure = document.createElement("figure");
-    const caption = document.createElement("figcaption");
-    caption.textContent = chart.title;
-    const value = document.createElement("output");
+    const figure = element("figure");
+    const caption = element("figcaption", {}, chart.title);
+    const value = element("output");
     caption.append(value);
     figure.append(caption);
     this.box.append(figure);
@@ -106,26 +107,21 @@ export class Curves {
       ],
       series,
       hooks: {
-        draw: [(plot) => this.#drawCursor(plot, chart, value)],
+        draw: [(plot) => plot.ours && this.#placeCursor(plot)],
         ready: [(plot) => this.#listen(plot)],
       },
     };
-    return new uPlot(options, this.#data(chart), figure);
+    const plot = new uPlot(options, this.#data(chart), figure);
+    plot.ours = { cursor: element("div", { class: "cursor" }), output: value, chart };
+    plot.over.append(plot.ours.cursor);
+    this.#placeCursor(plot);
+    return plot;
   }
 
-  #drawCursor(plot, chart, output) {
-    const { ctx, bbox } = plot;
-    const x = Math.round(plot.valToPos(this.step, "x", true));
-    ctx.save();
-    ctx.strokeStyle = this.theme.text;
-    ctx.setLineDash([]);
-    ctx.globalAlpha = 0.65;
-    ctx.lineWidth = Math.max(1, Math.round(window.devicePixelRatio));
-    ctx.beginPath();
-    ctx.moveTo(x, bbox.top);
-    ctx.lineTo(x, bbox.top + bbox.height);
-    ctx.stroke();
-    ctx.restore();
+  /** The cursor is an element of its own: moving it does not draw the curves again. */
+  #placeCursor(plot) {
+    const { cursor, output, chart } = plot.ours;
+    cursor.style.transform = `translateX(${plot.valToPos(this.step, "x")}px)`;
     const numbers = this.missions.flatMap((_, k) =>
       chart.series.map((name) => this.#values(k, name)[this.step]),
     );

@@ -1,7 +1,10 @@
 // Who chose what, and why. Everything here was written by selectors, some by language models: it is
 // put on the page as text, never as markup.
 
-const SHOWN = 80;
+import { element } from "./elements.js";
+
+const SHOWN = 40;
+const PAUSE_MS = 150; // While somebody scrubs, the list need not follow every frame.
 /** Columns that stand in a row's first lines, or that say what the page shows anyway. */
 const HEADLINE = new Set(["step", "leader", "cause", "selector", "reason", "cell", "x_m", "y_m", "team"]);
 
@@ -14,15 +17,21 @@ export class Decisions {
     this.choose = choose;
     this.open = new Set(); // rows that are unfolded
     this.shown = "";
+    this.due = 0;
   }
 
-  /** Show the decisions up to a step, newest first; of one robot's team only if one is selected. */
+  /**
+   * Show the decisions up to a step, newest first; of one robot's team only if one is selected.
+   * Returns false if it was too soon for that: ask again.
+   */
   update(step, robots, selected, onlySelected) {
     const all = this.mission.decisions;
     const end = countUpTo(all, step);
     const leader = onlySelected && robots[selected] ? robots[selected].leader : null;
     const key = `${end} ${leader} ${selected} ${this.open.size}`;
-    if (key === this.shown) return;
+    if (key === this.shown) return true;
+    if (performance.now() < this.due) return false;
+    this.due = performance.now() + PAUSE_MS;
     this.shown = key;
     const rows = [];
     for (let i = end - 1; i >= 0 && rows.length < SHOWN; i--) {
@@ -32,6 +41,7 @@ export class Decisions {
       ? `${end} so far${leader === null ? "" : `, those of robots ${[...new Set([leader, selected])].join(" and ")}`}`
       : "none yet";
     this.list.replaceChildren(...rows.map((i) => this.#row(i)));
+    return true;
   }
 
   #row(i) {
@@ -49,6 +59,7 @@ export class Decisions {
     head.addEventListener("click", () => {
       if (this.open.has(i)) this.open.delete(i);
       else this.open.add(i);
+      this.due = 0;
       this.choose(row.leader);
       item.replaceWith(this.#row(i));
     });
@@ -105,13 +116,6 @@ function put(list, name, value) {
     told.append(long ? element("pre", { tabindex: "0" }, text) : text);
   }
   list.append(told);
-}
-
-export function element(name, attributes = {}, text = null) {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  if (text !== null) made.textContent = text;
-  return made;
 }
 
 export function number(value) {

@@ -8,7 +8,7 @@ import { MapView } from "./map.js";
 import { hearPointer, savePicture } from "./pointing.js";
 import { hasWebGL2, SceneView } from "./scene.js";
 import { listen, loadMissions } from "./sources.js";
-import { element } from "./decisions.js";
+import { element } from "./elements.js";
 import { aboutRobot, aboutRun, toldState } from "./telling.js";
 import { teamsOf } from "./teams.js";
 import { Timeline } from "./timeline.js";
@@ -241,7 +241,11 @@ class Player {
     });
     this.curves.moveTo(this.clock.step);
     this.timeline.draw();
-    this.decisions.update(first.step, first.robots, this.look.selected, $("only").checked);
+    const told = this.decisions.update(first.step, first.robots, this.look.selected, $("only").checked);
+    if (!told) {
+      clearTimeout(this.tellDue);
+      this.tellDue = setTimeout(() => this.refresh(), 160);
+    }
     $("follow").disabled = !chosen;
     $("about").replaceChildren(...aboutRobot(this.mission, chosen, first));
     $("live").setAttribute("aria-pressed", this.clock.atEnd);

@@ -3,11 +3,10 @@
 import * as THREE from "three";
 import { OrbitControls } from "./vendor/OrbitControls.js";
 import { Sheet } from "./canvas.js";
-import { robotColour } from "./colours.js";
 import { drawOverlay } from "./overlay.js";
+import { Robots } from "./robots.js";
 import { Terrain } from "./terrain.js";
 
-const LEAST_PIXELS = 4.2; // a robot's radius on the screen at least
 const SLOW_MS = 60; // a frame that takes longer is not fluent
 
 /** Whether this browser can draw in 3D. */
@@ -38,7 +37,7 @@ export class SceneView {
     const sun = new THREE.DirectionalLight(0xffffff, 1.4);
     sun.position.set(-4, 3, 8);
     this.scene.add(sun);
-    this.#makeRobots();
+    this.robots = new Robots(this.scene, mission);
     this.sheet = new Sheet(sheet, () => this.#resize());
     this.controls = new OrbitControls(this.camera, sheet);
     Object.assign(this.controls, {
@@ -53,20 +52,7 @@ export class SceneView {
     this.touched = false;
     this.slow = 0;
     this.window = mission.seenWindow();
-    this.matrix = new THREE.Matrix4();
     this.#resize();
-  }
-
-  #makeRobots() {
-    const n = this.mission.robots;
-    const body = new THREE.CylinderGeometry(0.92, 1, 0.8, 24).rotateX(Math.PI / 2).translate(0, 0, 0.5);
-    const nose = new THREE.BoxGeometry(0.95, 0.34, 0.24).translate(0.62, 0, 0.92);
-    this.bodies = new THREE.InstancedMesh(body, new THREE.MeshLambertMaterial(), n);
-    this.noses = new THREE.InstancedMesh(nose, new THREE.MeshLambertMaterial({ color: 0xfff7e6 }), n);
-    this.noses.instanceMatrix = this.bodies.instanceMatrix;
-    this.bodies.frustumCulled = this.noses.frustumCulled = false;
-    this.bodies.setColorAt(0, new THREE.Color());
-    this.scene.add(this.bodies, this.noses);
   }
 
   #resize() {
@@ -161,7 +147,9 @@ export class SceneView {
     this.terrain.dress(look.dark ? "dark" : "light");
     this.terrain.paint();
     this.scene.background = new THREE.Color(look.theme.background);
-    this.#place(moment.robots, look);
+    const { x, y, z } = this.controls.target;
+    const scale = 1 / this.#metresPerPixel(x, y, z);
+    this.robots.place(moment.robots, look, scale, this.ratio, this.camera.aspect);
     this.camera.updateMatrixWorld();
     this.renderer.render(this.scene, this.camera);
     const ctx = this.sheet.begin();
@@ -170,21 +158,6 @@ export class SceneView {
       scale: (x, y) => 1 / this.#metresPerPixel(x, y, this.mission.groundAt(x, y)),
     };
     drawOverlay(ctx, view, moment, { ...look, dots: false });
-  }
-
-  #place(robots, look) {
-    const colour = new THREE.Color();
-    for (const robot of robots) {
-      const z = this.mission.groundAt(robot.x, robot.y);
-      const least = LEAST_PIXELS * this.#metresPerPixel(robot.x, robot.y, z);
-      const size = Math.max(this.mission.facts.radius_m, least);
-      const [c, s] = [size * Math.cos(robot.heading), size * Math.sin(robot.heading)];
-      this.matrix.set(c, -s, 0, robot.x, s, c, 0, robot.y, 0, 0, size, z, 0, 0, 0, 1);
-      this.bodies.setMatrixAt(robot.robot, this.matrix);
-      this.bodies.setColorAt(robot.robot, colour.set(robotColour(robot, look.theme, look.byTeam, look.dark)));
-    }
-    this.bodies.instanceMatrix.needsUpdate = true;
-    this.bodies.instanceColor.needsUpdate = true;
   }
 
   /** On a machine without a graphics card coarser rock and fewer pixels keep it fluent. */
@@ -201,7 +174,6 @@ export class SceneView {
 
   /** Where the robots are drawn, in metres: what is on the screen, for tests and the curious. */
   shownPositions() {
-    const { array } = this.bodies.instanceMatrix;
-    return Array.from({ length: this.mission.robots }, (_, i) => [array[16 * i + 12], array[16 * i + 13]]);
+    return this.robots.shown();
   }
 }

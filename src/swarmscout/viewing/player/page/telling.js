@@ -1,6 +1,6 @@
 // Facts in words: of a run, of a robot, of a place.
 
-import { element } from "./decisions.js";
+import { element } from "./elements.js";
 
 export function aboutRun(mission, missions) {
   if (missions > 1) return "two missions, in step";

@@ -54,7 +54,7 @@ const LOOKS = {
   },
   light: {
     uLow: "#c79f76", uHigh: "#fff3dc", uRock: "#9a8672", uCut: "#b9b1a4", uBackground: "#f4f1ea",
-    uFrontier: "#2fb56a", uGlow: "#fff0cf", uDark: 0.8,
+    uFrontier: "#2fb56a", uGlow: "#fff0cf", uDark: 0.62,
   },
 };
 

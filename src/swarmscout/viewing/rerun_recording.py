@@ -1,0 +1,174 @@
+"""A run for the Rerun viewer (extra ``rerun``), laid out like the player.
+
+Rerun is another way to look, never the archive: a ``.rrd`` file is read by the minor version that
+wrote it, and everything in it comes from the run.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.errors import RunError, ViewError
+from swarmscout.viewing.map_picture import frontier_cells
+from swarmscout.viewing.relief import Relief, relief_of
+from swarmscout.viewing.replay import Moment, Replay
+
+if TYPE_CHECKING:
+    from swarmscout.recording.run import Run
+
+__all__ = ["record_rrd", "show_rrd"]
+
+EXPLORE, CHARGE, STRANDED = (230, 60, 50), (40, 180, 100), (110, 150, 200)
+DESTINATION, STATION = (150, 90, 230), (0, 140, 80)
+MAP_COLOURS = np.array([(158, 158, 158), (255, 255, 255), (0, 0, 0), (92, 212, 92)], dtype=np.uint8)
+MOST_CELLS = 30_000
+LIGHT_EVERY = 5
+"""The cave's lights are brought up to date every so many steps: they are most of the file."""
+
+
+def record_rrd(run: Run, file: str | Path) -> Path:
+    """Write a run as a Rerun recording.
+
+    Args:
+        run: recorded with ``record="full"``.
+        file: where to; its name ends in ``.rrd``.
+
+    Returns:
+        The file.
+
+    Raises:
+        ViewError: Rerun is not installed, or the file has another kind of name.
+        RunError: the run cannot be shown, or the file cannot be written.
+    """
+    path = Path(file)
+    if path.suffix != ".rrd":
+        raise ViewError(f"'{path}': a Rerun recording's name ends in .rrd")
+    try:
+        import rerun as rr
+    except ImportError:
+        raise ViewError("Rerun is not installed: pip install 'swarmscout[rerun]'") from None
+    replay = Replay(run)
+    name = path.stem if run.path is None else run.path.resolve().name
+    recording = rr.RecordingStream("swarmscout", recording_id=name, send_properties=False)
+    try:
+        path.touch()
+    except OSError as error:
+        raise RunError(f"cannot write '{path}': {error.strerror or error}") from None
+    recording.save(path, default_blueprint=_layout())
+    relief = relief_of(run.world(), MOST_CELLS)
+    cells = _mesh(rr, recording, relief)
+    frame = run.frame
+    at = frame.cells_of(relief.frame.centres_of(cells))
+    at = np.clip(at, 0, np.array(frame.shape) - 1)
+    stations = _raised(run.stations_m, relief, 0.3)
+    recording.log("cave/stations", rr.Points3D(stations, colors=STATION, radii=0.5), static=True)
+    height = frame.rows * frame.cell_m
+    for step in range(replay.last + 1):
+        moment = replay.moment(step)
+        recording.set_time("step", sequence=step)
+        if step % LIGHT_EVERY == 0 or step == replay.last:
+            known = moment.labels[at[:, 0], at[:, 1]] != 0
+            lights = np.where(known[:, None], (226, 204, 168), (52, 56, 62)).astype(np.uint8)
+            recording.log("cave/ground", rr.Mesh3D.from_fields(vertex_colors=lights))
+        _log_swarm(rr, recording, moment, relief, run)
+        labels = moment.labels.copy()
+        labels[frontier_cells(moment.labels, run.scenario.map.frontier_neighbours)] = 3
+        # Rerun's 2D views have y downward: the highest row comes first.
+        recording.log("map/grid", rr.Image(MAP_COLOURS[labels[::-1]]))
+        places = (moment.place_m - (frame.origin_x_m, frame.origin_y_m)) / frame.cell_m
+        places[:, 1] = height / frame.cell_m - places[:, 1]
+        recording.log("map/robots", rr.Points2D(places, colors=_colours(moment), radii=0.6))
+        recording.log("curves/explored_m2", rr.Scalars(moment.explored_m2))
+        teams = sum(len(team.members) > 0 for team in moment.teams)
+        recording.log("curves/teams", rr.Scalars(float(teams)))
+    for row in run.decisions.iter_rows(named=True):
+        recording.set_time("step", sequence=row["step"])
+        words = f"robot {row['leader']}: {row['cause']}, {row['reason'][:2000]}"
+        recording.log("decisions", rr.TextLog(words))
+    recording.flush()
+    recording.disconnect()
+    return path
+
+
+def show_rrd(file: Path) -> int:
+    """Open a recording in Rerun's own window, and wait until it is closed.
+
+    Its server would listen on every interface and its web page would call other hosts from the
+    user's browser: so the window is taken, and its server bound to loopback.
+
+    Returns:
+        The viewer's exit code.
+    """
+    address = ["--bind", "127.0.0.1", "--port", "auto"]
+    return subprocess.call([sys.executable, "-m", "rerun", *address, str(file)])
+
+
+def _layout() -> Any:
+    """The cave large, the map, curves and decisions beside it."""
+    import rerun.blueprint as rrb
+
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Spatial3DView(origin="cave", name="Cave"),
+            rrb.Vertical(
+                rrb.Spatial2DView(origin="map", name="Map"),
+                rrb.TimeSeriesView(origin="curves", name="Explored area, teams"),
+                rrb.TextLogView(origin="decisions", name="Decisions"),
+            ),
+            column_shares=[2, 1],
+        ),
+        rrb.TimePanel(timeline="step"),
+        collapse_panels=True,
+    )
+
+
+def _mesh(rr: Any, recording: Any, relief: Relief) -> NDArray[np.int64]:
+    """Log the cave's shape; returns the relief's cell [n, 2] at each corner."""
+    cells = np.argwhere(relief.shown)
+    number = np.full(relief.shown.shape, -1, dtype=np.int64)
+    number[relief.shown] = np.arange(len(cells))
+    a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
+    whole = (a >= 0) & (b >= 0) & (c >= 0) & (d >= 0)
+    a, b, c, d = a[whole], b[whole], c[whole], d[whole]
+    corners = relief.frame.centres_of(cells)
+    heights = relief.height_m()[cells[:, 0], cells[:, 1]]
+    slope_y, slope_x = np.gradient(relief.height_m(), relief.frame.cell_m)
+    normals = np.stack([-slope_x, -slope_y, np.ones_like(slope_x)], axis=-1)
+    normals = normals[cells[:, 0], cells[:, 1]]
+    recording.log(
+        "cave/ground",
+        rr.Mesh3D(
+            vertex_positions=np.column_stack([corners, heights]),
+            vertex_normals=normals / np.linalg.norm(normals, axis=1, keepdims=True),
+            triangle_indices=np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)]),
+        ),
+        static=True,
+    )
+    return cells
+
+
+def _log_swarm(rr: Any, recording: Any, moment: Moment, relief: Relief, run: Run) -> None:
+    places = _raised(moment.place_m, relief, 0.15)
+    recording.log("cave/robots", rr.Points3D(places, colors=_colours(moment), radii=0.3))
+    goals = [team for team in moment.teams if team.destination_m is not None]
+    ends = np.array([team.destination_m for team in goals]).reshape(-1, 2)
+    starts = moment.place_m[[team.leader for team in goals]]
+    lines = np.stack([_raised(starts, relief, 0.3), _raised(ends, relief, 0.3)], axis=1)
+    recording.log("cave/links", rr.LineStrips3D(lines, colors=DESTINATION, radii=0.05))
+    recording.log("cave/destinations", rr.Points3D(lines[:, 1], colors=DESTINATION, radii=0.35))
+
+
+def _colours(moment: Moment) -> NDArray[np.uint8]:
+    kinds = np.where(moment.alive, moment.charging.astype(int), 2)
+    return np.array([EXPLORE, CHARGE, STRANDED], dtype=np.uint8)[kinds]
+
+
+def _raised(points_m: NDArray[np.float64], relief: Relief, rise_m: float) -> NDArray[np.float64]:
+    """Points [n, 2] on the floor as points [n, 3] a little above it."""
+    return np.column_stack([points_m, relief.ground_at(points_m) + rise_m])
