@@ -56,10 +56,10 @@ MISTAKES = [
     (["explore", "--set", "renewal.overdue_factor=1e308"], "renewal.overdue_factor"),
     (["explore", "--set", "battery.capacity_steps=1000000000000000000000"], "capacity_steps"),
     (
-        ["explore", "--set", "selector.sigma=wide"],
+        ["explore", "paper", "--set", "selector.sigma=wide"],
         "selector 'quantile': sigma = 'wide': expected a number, such as 0.02",
     ),
-    (["explore", "--set", "selector.sigma=nan"], "sigma = nan: expected a finite number"),
+    (["explore", "paper", "--set", "selector.sigma=nan"], "sigma = nan: expected a finite number"),
     (
         ["explore", "--destinations", "potential", "--set", "selector.range_m=-3"],
         "selector 'potential': range_m = -3: expected 0 to 1,000,000",

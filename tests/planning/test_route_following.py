@@ -15,7 +15,7 @@ from swarmscout.core.codes import CHARGE, FORWARD, NO_CONTACT, STOP
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import DESTINATION, MODE, blank_minds
+from swarmscout.minds.minds import MODE, TARGET, blank_minds
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.route_table import LENGTH
 from swarmscout.planning.routes import Planner
@@ -116,7 +116,7 @@ def test_a_robot_alone_in_the_open_arrives(seed: int, cell_m: float) -> None:
     trip = Trip(world, cell_m, start[None], rng.integers(0, TICKS, 1))
     # A goal whose centre a body can reach.
     goal = cell_at(trip, *rng.uniform(low + cell_m, high - cell_m))
-    trip.minds.state[0, DESTINATION] = goal
+    trip.minds.state[0, TARGET] = goal
     away = trip.gap_to(goal)
     plans = 0
     # Three times the straight time and some for turning on the spot at the start.
@@ -150,7 +150,7 @@ def test_a_robot_finds_its_way_through_a_known_maze_of_pillars(seed: int) -> Non
     trip.world = World("pillars", free, 0.1, (-2.0, 1.0))
     trip.tell(np.where(closed, 10000, 0))
     goal = cell_at(trip, 5.5, 8.5)
-    trip.minds.state[0, DESTINATION] = goal
+    trip.minds.state[0, TARGET] = goal
     for _ in range(250):
         trip.plan()
         trip.act()
@@ -182,7 +182,7 @@ def test_a_robot_turns_the_short_way_and_drives_once_it_looks_ahead(
 ) -> None:
     trip = Trip(open_world(), 0.5, np.array([[2.25, 5.25]]), np.array([heading]))
     goal = cell_at(trip, 2.25 + 2.4 * TABLE[direction, 0], 5.25 + 2.4 * TABLE[direction, 1])
-    trip.minds.state[0, DESTINATION] = goal
+    trip.minds.state[0, TARGET] = goal
     trip.plan()
     # All is free up to the goal, so that is what it heads for.
     x_m, y_m = trip.frame.centre_of(*trip.frame.unflat(goal))
@@ -199,7 +199,7 @@ def test_a_robot_turns_the_short_way_and_drives_once_it_looks_ahead(
 def on_the_way() -> tuple[Trip, list[int]]:
     """A robot with a route of twelve straight cells, which has driven a little of it."""
     trip = Trip(open_world(), 0.5, np.array([[-1.25, 3.25]]), np.array([0]))
-    trip.minds.state[0, DESTINATION] = cell_at(trip, 4.75, 3.25)
+    trip.minds.state[0, TARGET] = cell_at(trip, 4.75, 3.25)
     assert trip.plan() == 1
     for _ in range(5):
         trip.act()
@@ -221,7 +221,7 @@ def test_a_route_is_planned_anew_when_a_cell_on_it_closes() -> None:
 
 def test_a_route_is_planned_anew_when_it_would_come_to_cut_a_corner() -> None:
     trip = Trip(open_world(), 0.5, np.array([[-1.25, 1.75]]), np.array([450]))
-    trip.minds.state[0, DESTINATION] = cell_at(trip, 2.75, 5.75)
+    trip.minds.state[0, TARGET] = cell_at(trip, 2.75, 5.75)
     assert trip.plan() == 1
     before, after = trip.planner.table.ahead(0)[3:5].tolist()
     columns = trip.frame.columns
@@ -245,14 +245,14 @@ def test_a_route_is_kept_when_only_other_things_change() -> None:
 
 def test_a_route_is_planned_anew_when_the_goal_changes_or_the_robot_is_pushed_off() -> None:
     trip, ahead = on_the_way()
-    trip.minds.state[0, DESTINATION] = ahead[2]
+    trip.minds.state[0, TARGET] = ahead[2]
     assert trip.plan() == 1
     assert trip.planner.table.ahead(0).tolist()[-1] == ahead[2]
     assert trip.plan() == 0
     trip.bodies.position[0, 1] += 2.0
     assert trip.plan() == 1
     assert trip.plan() == 0
-    trip.minds.state[0, DESTINATION] = -1
+    trip.minds.state[0, TARGET] = -1
     assert trip.plan() == 0
     assert len(trip.planner.table.ahead(0)) == 0
     trip.act()
@@ -283,7 +283,7 @@ def test_a_closed_goal_leaves_the_robot_standing() -> None:
 def test_a_robot_whose_charge_is_gone_plans_and_does_nothing() -> None:
     trip, _ = on_the_way()
     trip.minds.sending[0] = False
-    trip.minds.state[0, DESTINATION] = cell_at(trip, 0.25, 7.25)
+    trip.minds.state[0, TARGET] = cell_at(trip, 0.25, 7.25)
     assert trip.plan() == 0
     trip.act()
     assert trip.action[0] == STOP
@@ -296,7 +296,7 @@ def test_two_robots_that_meet_head_on_get_past_each_other(heading: int) -> None:
     starts = np.array([middle - 2.0 * way, middle + 2.0 * way])
     trip = Trip(open_world(), 0.5, starts, np.array([heading, heading + 1800]))
     goals = [cell_at(trip, *starts[1]), cell_at(trip, *starts[0])]
-    trip.minds.state[:, DESTINATION] = goals
+    trip.minds.state[:, TARGET] = goals
     touched = False
     for _ in range(120):
         trip.plan()

@@ -17,7 +17,7 @@ from swarmscout.core.codes import CHARGE, ROUTE
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import DESTINATION, MODE, Minds, blank_minds
+from swarmscout.minds.minds import MODE, TARGET, Minds, blank_minds
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.route_table import AT, FAILED_UNTIL, GOAL, LENGTH, LONGEST, STATION
 from swarmscout.planning.routes import LONG_STILL_STEPS, Planner, dock_cells
@@ -80,7 +80,7 @@ class Place:
         self.fill(minds)
         for i in range(robots):
             if who is not None and i not in who:
-                minds.state[i, DESTINATION] = -1
+                minds.state[i, TARGET] = -1
                 minds.state[i, MODE] = 0
         planner = self.planner(maps)
         events = np.zeros((robots + 1, 4), dtype=np.int64)
@@ -99,7 +99,7 @@ class Place:
         minds.reading[:, :2] = places + 0.2 * self.frame.cell_m
         minds.heard_reading[:, :, :2] = minds.reading[:, :2]
         minds.still[:] = np.where(self.standing, LONG_STILL_STEPS, LONG_STILL_STEPS - 1)
-        minds.state[:, DESTINATION] = np.maximum(self.goals, -1)
+        minds.state[:, TARGET] = np.maximum(self.goals, -1)
         minds.state[:, MODE] = np.where(self.goals == STATION, CHARGE, 0)
 
     def graph(self, price: NDArray[np.int16], start: int) -> nx.DiGraph:
@@ -323,7 +323,7 @@ def test_long_routes_are_cut_and_continued() -> None:
         frame, 1, 1, costs_for("length"), np.zeros((0, 2)), 1.4, TABLE, 400, 0.2, 0.15
     )
     minds = blank_minds(1, shared=True)
-    minds.state[0, DESTINATION] = columns - 1
+    minds.state[0, TARGET] = columns - 1
     minds.reading[0, :2] = 0.25, 0.25
     events, count = np.zeros((4, 4), dtype=np.int64), np.zeros(1, dtype=np.int64)
     driven = [0]
@@ -356,7 +356,7 @@ def test_cells_that_are_certainly_free_still_cost_something(rule: str) -> None:
         frame, 1, 1, costs_for(rule, model=model), np.zeros((0, 2)), 1.4, TABLE, 400, 0.2, 0.15
     )
     minds = blank_minds(1, shared=True)
-    minds.state[0, DESTINATION] = 19
+    minds.state[0, TARGET] = 19
     minds.reading[0, :2] = 0.25, 0.25
     planner.plan(minds, grids, 1, np.zeros((4, 4), dtype=np.int64), np.zeros(1, dtype=np.int64))
     assert planner.table.ahead(0).tolist()[-1:] == [19]

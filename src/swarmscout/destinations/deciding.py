@@ -275,8 +275,9 @@ class Destinations:
         in_team = hears & (minds.team == minds.team[leader])
         in_team[leader] = True
         members = in_team.nonzero()[0]
-        members_m = minds.heard_reading[m, members, :2]
-        members_heading_rad = minds.heard_reading[m, members, 2] * self._heading_unit_rad
+        heard = minds.heard_reading[m].take(members, axis=0)
+        members_m = heard[:, :2].copy()
+        members_heading_rad = heard[:, 2] * self._heading_unit_rad
         position_m = (x_m, y_m)
         if self._centre:
             position_m = (float(members_m[:, 0].mean()), float(members_m[:, 1].mean()))

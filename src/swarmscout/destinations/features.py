@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.grid import GridFrame
-from swarmscout.destinations.terrain import FAR, count_around, count_within, label_clusters, walk
+from swarmscout.destinations.terrain import (
+    FAR,
+    count_around,
+    count_within,
+    label_clusters,
+    locate,
+    walk,
+)
 from swarmscout.mapping.occupancy import OccupancyGrids
 
 __all__ = ["Features", "Frontiers", "Scratch"]
@@ -51,11 +58,16 @@ class Frontiers:
 
     def __init__(self, grids: OccupancyGrids, m: int, scratch: Scratch) -> None:
         self.flat = grids.frontiers(m)
-        self.cells = grids.frame.unflat_many(self.flat)
-        self.centres_m = grids.frame.centres_of(self.cells)
+        frame = grids.frame
+        self.cells = np.empty((len(self.flat), 2), dtype=np.int64)
+        self.centres_m = np.empty((len(self.flat), 2))
+        locate(
+            self.flat, frame.origin_x_m, frame.origin_y_m, frame.cell_m, frame.columns,
+            self.cells, self.centres_m,
+        )  # fmt: skip
         self.cells.flags.writeable = False
         self.centres_m.flags.writeable = False
-        self.frame = grids.frame
+        self.frame = frame
         self.status = grids.status[m]
         self.scratch = scratch
         self._around: NDArray[np.int64] | None = None

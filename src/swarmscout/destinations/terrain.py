@@ -12,7 +12,7 @@ import numpy as np
 from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.jit import inlined, kernel
 
-__all__ = ["FAR", "count_around", "count_within", "label_clusters", "walk"]
+__all__ = ["FAR", "count_around", "count_within", "label_clusters", "locate", "walk"]
 
 LABEL_BITS = 3
 FRONTIER_BIT = 4
@@ -23,6 +23,23 @@ CELL_BITS = 24
 # Orthogonal neighbours first, then diagonal ones.
 ROW_STEP = np.array([0, 1, 0, -1, 1, 1, -1, -1], dtype=np.int64)
 COL_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1], dtype=np.int64)
+
+
+@kernel
+def locate(flat, ox, oy, cell_m, columns, cells, centres_m):  # type: ignore[no-untyped-def]
+    """Where flat cells lie, as ``GridFrame`` says it, in one go.
+
+    Args:
+        flat: int64[F]; ox, oy, cell_m, columns: the grid's frame.
+        cells: int64[F, 2], centres_m: float64[F, 2], written.
+    """
+    for f in range(flat.shape[0]):
+        row = flat[f] // columns
+        col = flat[f] - row * columns
+        cells[f, 0] = row
+        cells[f, 1] = col
+        centres_m[f, 0] = ox + (col + 0.5) * cell_m
+        centres_m[f, 1] = oy + (row + 0.5) * cell_m
 
 
 @kernel

@@ -35,7 +35,7 @@ __all__ = ["find_needs", "steer"]
 
 # A robot this far from where it should be along its route was pushed off it.
 OFF_ROUTE_CELLS = 2.5
-OFF_ROUTE_M = 1.25
+OFF_ROUTE_M = 2.5
 # The waypoint is at most so many cells ahead.
 SIGHT_CELLS = 8
 

@@ -16,7 +16,7 @@ from swarmscout.recording.tables import schema_of
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["TEXTS", "Texts", "attempts_frame", "prompt_text", "text_hash"]
+__all__ = ["TEXTS", "Texts", "attempt_row", "attempts_frame", "prompt_text", "text_hash"]
 
 TEXTS = "texts"
 """The folder of a run that holds prompts and answers."""
@@ -85,11 +85,12 @@ def attempts_frame(decisions: Iterable[Decision], columns: int) -> pl.DataFrame:
     """
     import polars as pl
 
-    rows = [_row(d, attempt, columns) for d in decisions for attempt in d.attempts]
+    rows = [attempt_row(d, attempt, columns) for d in decisions for attempt in d.attempts]
     return pl.DataFrame(rows, schema=schema_of("attempts"), orient="row")
 
 
-def _row(decision: Decision, attempt: Attempt, columns: int) -> tuple[object, ...]:
+def attempt_row(decision: Decision, attempt: Attempt, columns: int) -> tuple[object, ...]:
+    """One row of the table ``attempts``, in the order of its columns."""
     reply = attempt.reply
     return (
         decision.step,

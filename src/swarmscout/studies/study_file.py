@@ -190,7 +190,7 @@ def study_toml(declared: StudyFile, folder: Path, header: Mapping[str, Any]) -> 
     return tomli_w.dumps({**data, "swarmscout": dict(header)})
 
 
-PATH_KEYS = ("world", "destinations", "teams.policy")
+PATH_KEYS = ("world", "destinations", "teams.policy", "llm.cassette")
 """Keys whose values may name a file."""
 
 

@@ -82,7 +82,11 @@ def _run(task: Task, final: Path) -> tuple[float, float]:
         began = time.process_time()
         # A mission that is killed is run anew: there is no need to close its tables on the way.
         writer = RunWriter(part, level=task.record, parts=False)
-        summary = Mission(task.scenario, world=world, recorder=writer).run()
+        mission = Mission(task.scenario, world=world, recorder=writer)
+        try:
+            summary = mission.run()
+        finally:
+            mission.close()
         seconds = time.process_time() - began
         try:
             os.rename(part, final)

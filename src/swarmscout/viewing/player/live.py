@@ -9,7 +9,7 @@ from __future__ import annotations
 import gzip
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from swarmscout.core.recorder import Decision, StepRecord
 from swarmscout.recording.chunk import plain
 from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, robot_columns
+from swarmscout.viewing.player.questions import questions_live
 from swarmscout.viewing.player.recorded import mission_packet
 
 __all__ = ["LiveMission"]
@@ -148,7 +149,10 @@ class LiveMission:
 
     def _row(self, decision: Decision) -> dict[str, Any]:
         """A decision as the table ``decisions`` has it."""
-        row: dict[str, Any] = plain(asdict(decision))
+        row: dict[str, Any] = plain(asdict(replace(decision, attempts=())))
+        row["attempts"] = plain(questions_live(decision, self._columns))
+        if not row["attempts"]:
+            del row["attempts"]
         if decision.cell is not None:
             row["cell"] = decision.cell[0] * self._columns + decision.cell[1]
         return row

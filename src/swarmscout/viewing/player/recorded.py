@@ -19,6 +19,7 @@ from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.tables import CONTACTS
 from swarmscout.viewing.player.blocks import Block, pack_block, robot_columns
 from swarmscout.viewing.player.packets import differences, pack
+from swarmscout.viewing.player.questions import questions_of
 from swarmscout.viewing.relief import Relief, relief_of
 from swarmscout.worlds.world import World
 
@@ -128,13 +129,24 @@ def block_of(run: Run) -> Block:
         map_cells=changes["cell"].to_numpy(),
         map_log_odds=changes["log_odds"].to_numpy(),
         events=np.column_stack([events["step"].to_numpy(), kinds, *rest]).astype(np.int64),
-        decisions=[_with_details(row) for row in run.decisions.to_dicts()],
+        decisions=_decisions(run),
         coverage={
             name: coverage[name].to_numpy().astype(np.float64)[:count]
             for name in coverage.columns
             if name != "step"
         },
     )
+
+
+def _decisions(run: Run) -> list[dict[str, Any]]:
+    """Rows of ``decisions``, with what a language model was asked for them."""
+    rows = [_with_details(row) for row in run.decisions.to_dicts()]
+    asked = questions_of(run)
+    for row in rows:
+        attempts = asked.get((row["step"], row["team"], row["leader"]))
+        if attempts:
+            row["attempts"] = attempts
+    return rows
 
 
 def _with_details(row: dict[str, Any]) -> dict[str, Any]:

@@ -130,16 +130,21 @@ export class Mission {
   frontiers(into) {
     const { rows, columns } = this.frame;
     const labels = this.labels;
-    const round = this.facts.frontier_neighbours === 4
-      ? [1, -1, columns, -columns]
-      : [1, -1, columns, -columns, columns + 1, columns - 1, -columns + 1, -columns - 1];
+    const beside = [1, -1, columns, -columns];
+    const across = this.facts.frontier_neighbours === 4
+      ? []
+      : [[1, columns], [-1, columns], [1, -columns], [-1, -columns]];
+    // What lies behind a corner of two occupied cells does not count.
+    const isOpen = (cell) => beside.some((d) => labels[cell + d] === UNKNOWN)
+      || across.some(([a, b]) => labels[cell + a + b] === UNKNOWN
+        && (labels[cell + a] !== OCCUPIED || labels[cell + b] !== OCCUPIED));
     into.fill(0);
     for (let row = 0; row < rows; row++) {
       for (let col = 0; col < columns; col++) {
         const cell = row * columns + col;
         if (labels[cell] !== FREE) continue;
         const inner = row > 0 && row < rows - 1 && col > 0 && col < columns - 1;
-        if (!inner || round.some((d) => labels[cell + d] === UNKNOWN)) into[cell] = 1;
+        if (!inner || isOpen(cell)) into[cell] = 1;
       }
     }
     return into;

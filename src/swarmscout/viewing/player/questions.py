@@ -1,0 +1,48 @@
+"""What a language model was asked for a decision, as the player's page shows it."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any
+
+from swarmscout.core.errors import RunError
+from swarmscout.core.recorder import Decision
+from swarmscout.recording.attempts import attempt_row, prompt_text
+from swarmscout.recording.run import Run
+from swarmscout.recording.tables import schema_of
+
+__all__ = ["questions_live", "questions_of"]
+
+KEY = ("step", "team", "leader")
+
+
+def questions_live(decision: Decision, columns: int) -> list[dict[str, Any]]:
+    """The attempts of a decision that was just made, with their texts.
+
+    Args:
+        decision: with its attempts; columns: of the map, for flat cells.
+    """
+    rows = []
+    for attempt in decision.attempts:
+        row = dict(zip(schema_of("attempts"), attempt_row(decision, attempt, columns), strict=True))
+        row["prompt"] = prompt_text(attempt.request.messages)
+        row["answer"] = attempt.reply.text or None
+        rows.append(_shown(row))
+    return rows
+
+
+def questions_of(run: Run) -> dict[tuple[int, int, int], list[dict[str, Any]]]:
+    """The attempts of a recorded run by step, team and leader, with their texts."""
+    found: dict[tuple[int, int, int], list[dict[str, Any]]] = {}
+    for row in run.attempts.to_dicts():
+        for name in ("prompt", "answer"):
+            # Where a text was lost, its hash still says which one it was.
+            with contextlib.suppress(RunError):
+                row[name] = row[name] and run.text(row[name])
+        found.setdefault((row["step"], row["team"], row["leader"]), []).append(_shown(row))
+    return found
+
+
+def _shown(row: dict[str, Any]) -> dict[str, Any]:
+    """Without what the decision says itself."""
+    return {name: value for name, value in row.items() if name not in KEY}
