@@ -249,7 +249,7 @@ def test_a_route_is_planned_anew_when_the_goal_changes_or_the_robot_is_pushed_of
     assert trip.plan() == 1
     assert trip.planner.table.ahead(0).tolist()[-1] == ahead[2]
     assert trip.plan() == 0
-    trip.bodies.position[0, 1] += 2.0
+    trip.bodies.position[0, 1] += 2.6
     assert trip.plan() == 1
     assert trip.plan() == 0
     trip.minds.state[0, TARGET] = -1
