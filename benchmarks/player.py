@@ -9,6 +9,7 @@ processes of the browser.
 
 from __future__ import annotations
 
+import argparse
 import os
 import resource
 import shutil
@@ -45,6 +46,7 @@ SCRUB = """(steps) => new Promise((done) => {
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         small = ss.explore(
