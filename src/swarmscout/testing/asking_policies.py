@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import random
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,13 @@ from swarmscout.core.errors import PolicyError
 from swarmscout.teams.desired_size import checked_sizes
 from swarmscout.teams.policy import LARGEST, DesiredSizePolicy
 from swarmscout.teams.robots_view import RobotsView
-from swarmscout.testing.fingerprints import fingerprint, global_states, held_by
+from swarmscout.testing.fingerprints import (
+    fingerprint,
+    global_states,
+    held_by,
+    seeded_globals,
+    writes_read_only,
+)
 
 __all__ = ["answered"]
 
@@ -107,13 +113,7 @@ def _asked(
 ) -> NDArray[np.int64]:
     shown = _WatchedView(view, mixed)
     seen, itself = _look(view), held_by(policy)
-    theirs = random.getstate(), np.random.get_state()  # noqa: NPY002 (what is being watched)
-    clocks = {name: getattr(time, name) for name in _CLOCKS}
-    try:
-        random.seed(globals_seed)
-        np.random.seed(globals_seed)  # noqa: NPY002
-        for name, clock in clocks.items():
-            setattr(time, name, _later(clock, later_s))
+    with seeded_globals(globals_seed), _clocks(later_s):
         before = global_states()
         try:
             answer = policy.desired(shown)
@@ -124,11 +124,6 @@ def _asked(
                 ) from error
             raise PolicyError(f"failed: {told(error)}") from error
         drawn = [name for name, state in global_states().items() if state != before[name]]
-    finally:
-        for name, clock in clocks.items():
-            setattr(time, name, clock)
-        random.setstate(theirs[0])
-        np.random.set_state(theirs[1])  # noqa: NPY002
     if shown.private_reads:
         raise PolicyError(
             f"reads '{shown.private_reads[0]}' of its view, which is private: what is not public "
@@ -160,6 +155,19 @@ def _possible(answer: Any, robots: int) -> NDArray[np.int64]:
     return sizes.copy()
 
 
+@contextmanager
+def _clocks(later_s: float) -> Iterator[None]:
+    """Put the clocks forward, and back afterwards."""
+    clocks = {name: getattr(time, name) for name in _CLOCKS}
+    try:
+        for name, clock in clocks.items():
+            setattr(time, name, _later(clock, later_s))
+        yield
+    finally:
+        for name, clock in clocks.items():
+            setattr(time, name, clock)
+
+
 def _later(clock: Callable[[], float], by_s: float) -> Callable[[], float]:
     return lambda: clock() + by_s
 
@@ -173,6 +181,4 @@ def _look(view: RobotsView) -> list[Any]:
 def _is_change_of_view(error: Exception) -> bool:
     if isinstance(error, AttributeError):
         return "no setter" in str(error)
-    return isinstance(error, ValueError) and (
-        "read-only" in str(error) or "writeable" in str(error).lower()
-    )
+    return writes_read_only(error)

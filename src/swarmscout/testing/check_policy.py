@@ -6,20 +6,16 @@ of :class:`swarmscout.teams.policy.DesiredSizePolicy` is broken, and how.
 
 from __future__ import annotations
 
-import inspect
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from swarmscout.core.errors import PolicyError
-from swarmscout.mission.mission import Mission
 from swarmscout.teams.policy import LARGEST, DesiredSizePolicy
-from swarmscout.teams.registry import make_policy
+from swarmscout.teams.registry import POLICIES
 from swarmscout.teams.robots_view import RobotsView
 from swarmscout.testing.asking_policies import answered
 from swarmscout.testing.policy_situations import PolicySituation, policy_situations, short_mission
+from swarmscout.testing.trying import how_it_went, instance_of, report_text
 
 __all__ = ["PolicyReport", "check_policy"]
 
@@ -55,10 +51,8 @@ class PolicyReport:
 
     def __str__(self) -> str:
         """All of it as text."""
-        lines = [f"policy '{self.name}' is sound ({self.answers} answers):"]
-        lines += [f"  {check}" for check in self.checks]
-        lines += ["tried with:", *(f"  {words}" for words in self.situations)]
-        return "\n".join(lines)
+        sound = f"policy '{self.name}' is sound ({self.answers} answers)"
+        return report_text(sound, self.checks, self.situations)
 
 
 def check_policy(policy: Any, *, missions: int = 2, seed: int = 0) -> PolicyReport:
@@ -82,7 +76,7 @@ def check_policy(policy: Any, *, missions: int = 2, seed: int = 0) -> PolicyRepo
         >>> check_policy(ByMode()).checks[0]
         'has desired(view)'
     """
-    rule, name = _instance(policy)
+    rule, name = instance_of(POLICIES, policy)
     guard = _Guard(rule, name)
     tried = []
     for situation in policy_situations(seed):
@@ -140,53 +134,7 @@ class _Guard:
                 )
 
 
-def _instance(policy: Any) -> tuple[DesiredSizePolicy, str]:
-    rule: Any
-    if isinstance(policy, Path):
-        policy = str(policy)
-    if isinstance(policy, str):
-        rule, name = make_policy(policy), policy
-    elif inspect.isclass(policy):
-        name = policy.__name__
-        try:
-            rule = policy()
-        except TypeError as error:
-            raise PolicyError(
-                f"policy '{name}' cannot be made without arguments ({error}): give an instance"
-            ) from None
-    else:
-        rule, name = policy, type(policy).__name__
-    method = getattr(rule, "desired", None)
-    if not callable(method):
-        raise PolicyError(f"'{name}' is no policy: it has no method desired(view)")
-    try:
-        inspect.signature(method).bind(None)
-    except TypeError:
-        raise PolicyError(
-            f"policy '{name}' cannot be asked: its desired{inspect.signature(method)} does not "
-            "take one argument, desired(view)"
-        ) from None
-    return rule, name
-
-
 def _mission(rule: DesiredSizePolicy, seed: int, *, alone: bool) -> tuple[Any, ...]:
     """Run a short mission with a policy to its end; how it went."""
     mission = short_mission(seed, own_maps=seed % 2 == 1, policy=rule)
-    try:
-        mission.run()
-    except PolicyError as error:
-        # What the guard found comes wrapped into the mission's own words.
-        if not alone and isinstance(error.__cause__, PolicyError):
-            raise error.__cause__ from error.__cause__.__cause__
-        raise
-    return _outcome(mission)
-
-
-def _outcome(mission: Mission) -> tuple[Any, ...]:
-    return (
-        mission.step_number,
-        mission.end_reason,
-        mission.explored_m2,
-        mission.bodies.pose.tobytes(),
-        np.array(mission.minds.state).tobytes(),
-    )
+    return how_it_went(POLICIES, mission, guarded=not alone)

@@ -7,15 +7,11 @@ and says in one error which part of the contract of
 
 from __future__ import annotations
 
-import inspect
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from swarmscout.core.errors import SelectorError
-from swarmscout.destinations.registry import make_selector
+from swarmscout.destinations.registry import SELECTORS
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.minds.view import LeaderView
 from swarmscout.mission.mission import Mission
@@ -23,6 +19,7 @@ from swarmscout.mission.scenario import Scenario
 from swarmscout.testing.fingerprints import fingerprint
 from swarmscout.testing.situations import situations
 from swarmscout.testing.small_worlds import small_world
+from swarmscout.testing.trying import how_it_went, instance_of, report_text
 from swarmscout.testing.watching import asked, checked_answer
 
 __all__ = ["SelectorReport", "check_selector"]
@@ -56,10 +53,8 @@ class SelectorReport:
 
     def __str__(self) -> str:
         """All of it as text."""
-        lines = [f"selector '{self.name}' is sound ({self.decisions} decisions):"]
-        lines += [f"  {check}" for check in self.checks]
-        lines += ["tried with:", *(f"  {words}" for words in self.situations)]
-        return "\n".join(lines)
+        sound = f"selector '{self.name}' is sound ({self.decisions} decisions)"
+        return report_text(sound, self.checks, self.situations)
 
 
 def check_selector(selector: Any, *, missions: int = 2, seed: int = 0) -> SelectorReport:
@@ -82,7 +77,7 @@ def check_selector(selector: Any, *, missions: int = 2, seed: int = 0) -> Select
         >>> check_selector(Nearest()).checks[0]
         'has choose(view, memory)'
     """
-    rule, name = _instance(selector)
+    rule, name = instance_of(SELECTORS, selector)
     guard = _Guard(rule, name)
     tried = []
     for situation in situations(seed):
@@ -139,35 +134,6 @@ class _Guard:
         return choice
 
 
-def _instance(selector: Any) -> tuple[Selector, str]:
-    rule: Any
-    if isinstance(selector, Path):
-        selector = str(selector)
-    if isinstance(selector, str):
-        rule, name = make_selector(selector), selector
-    elif inspect.isclass(selector):
-        name = selector.__name__
-        try:
-            rule = selector()
-        except TypeError as error:
-            raise SelectorError(
-                f"selector '{name}' cannot be made without arguments ({error}): give an instance"
-            ) from None
-    else:
-        rule, name = selector, type(selector).__name__
-    method = getattr(rule, "choose", None)
-    if not callable(method):
-        raise SelectorError(f"'{name}' is no selector: it has no method choose(view, memory)")
-    try:
-        inspect.signature(method).bind(None, None)
-    except TypeError:
-        raise SelectorError(
-            f"selector '{name}' cannot be asked: its choose{inspect.signature(method)} does not "
-            "take two arguments, choose(view, memory)"
-        ) from None
-    return rule, name
-
-
 def _mission(rule: Selector, name: str, seed: int) -> tuple[Any, ...]:
     """Run a short mission with a rule to its end; how it went."""
     # Little charge at the start, so that teams lose members and leaders within the mission.
@@ -183,17 +149,4 @@ def _mission(rule: Selector, name: str, seed: int) -> tuple[Any, ...]:
     mission = Mission(scenario, world=small_world(seed))
     mission.destinations.selector = rule
     mission.destinations.name = name
-    try:
-        mission.run()
-    except SelectorError as error:
-        # What the guard found comes wrapped into the mission's own words.
-        if isinstance(error.__cause__, SelectorError):
-            raise error.__cause__ from error.__cause__.__cause__
-        raise
-    return (
-        mission.step_number,
-        mission.end_reason,
-        mission.explored_m2,
-        mission.bodies.pose.tobytes(),
-        np.array(mission.minds.state).tobytes(),
-    )
+    return how_it_went(SELECTORS, mission, guarded=True)

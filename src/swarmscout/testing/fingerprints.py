@@ -5,13 +5,21 @@ from __future__ import annotations
 import dataclasses
 import random
 import types
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-__all__ = ["fingerprint", "global_states", "held_by", "kind_of"]
+__all__ = [
+    "fingerprint",
+    "global_states",
+    "held_by",
+    "kind_of",
+    "seeded_globals",
+    "writes_read_only",
+]
 
 _DEPTH = 6
 
@@ -79,6 +87,26 @@ def _fields(value: Any) -> dict[str, Any]:
 def global_states() -> dict[str, Any]:
     """The global generators' states, for comparing."""
     return {"random": random.getstate(), "numpy.random": fingerprint(np.random.get_state())}  # noqa: NPY002
+
+
+@contextmanager
+def seeded_globals(seed: int) -> Iterator[None]:
+    """Seed the global generators, and put them back afterwards."""
+    theirs = random.getstate(), np.random.get_state()  # noqa: NPY002 (what is being watched)
+    try:
+        random.seed(seed)
+        np.random.seed(seed)  # noqa: NPY002
+        yield
+    finally:
+        random.setstate(theirs[0])
+        np.random.set_state(theirs[1])  # noqa: NPY002
+
+
+def writes_read_only(error: Exception) -> bool:
+    """Whether somebody tried to write into a read-only array, or to make it writeable."""
+    return isinstance(error, ValueError) and (
+        "read-only" in str(error) or "writeable" in str(error).lower()
+    )
 
 
 def kind_of(value: Any) -> str:

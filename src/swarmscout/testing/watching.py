@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import operator
-import random
 import sys
 from collections.abc import Mapping
 from typing import Any
@@ -15,7 +14,14 @@ import numpy as np
 from swarmscout.core.errors import SelectorError
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.minds.view import LeaderView
-from swarmscout.testing.fingerprints import fingerprint, global_states, held_by, kind_of
+from swarmscout.testing.fingerprints import (
+    fingerprint,
+    global_states,
+    held_by,
+    kind_of,
+    seeded_globals,
+    writes_read_only,
+)
 
 __all__ = ["asked", "checked_answer"]
 
@@ -52,10 +58,7 @@ def asked(selector: Selector, view: LeaderView, memory: Any, *, globals_seed: in
     given = {f.name: getattr(view, f.name) for f in dataclasses.fields(LeaderView)}
     shown = _WatchedView(**given)
     seen, handed, itself = _look(view), fingerprint(memory), held_by(selector)
-    theirs = random.getstate(), np.random.get_state()  # noqa: NPY002 (what is being watched)
-    try:
-        random.seed(globals_seed)
-        np.random.seed(globals_seed)  # noqa: NPY002
+    with seeded_globals(globals_seed):
         before = global_states()
         try:
             answer = selector.choose(shown, memory)
@@ -66,9 +69,6 @@ def asked(selector: Selector, view: LeaderView, memory: Any, *, globals_seed: in
                 ) from error
             raise SelectorError(f"failed: {type(error).__name__}: {error}") from error
         drawn = [name for name, state in global_states().items() if state != before[name]]
-    finally:
-        random.setstate(theirs[0])
-        np.random.set_state(theirs[1])  # noqa: NPY002
     inside = vars(shown)
     if inside.get("private_reads"):
         raise SelectorError(
@@ -144,11 +144,7 @@ def _look(view: LeaderView) -> list[Any]:
 
 
 def _is_change_of_view(error: Exception) -> bool:
-    if isinstance(error, dataclasses.FrozenInstanceError):
-        return True
-    return isinstance(error, ValueError) and (
-        "read-only" in str(error) or "writeable" in str(error).lower()
-    )
+    return isinstance(error, dataclasses.FrozenInstanceError) or writes_read_only(error)
 
 
 def _unwrapped(value: Any) -> Any:
