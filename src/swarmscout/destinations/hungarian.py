@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from swarmscout.destinations.nearness import nearest_to_clusters
 from swarmscout.destinations.selector import Choice
@@ -31,6 +30,9 @@ class Hungarian:
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""
+        # It takes longer to import than a mission of another rule to run.
+        from scipy.optimize import linear_sum_assignment
+
         # In the order of leaders, whoever solves it: where several are cheapest, all take the same.
         own = int(np.searchsorted(view.others.leaders, view.robot))
         places_m = np.insert(view.others.positions_m, own, view.position_m, axis=0)
