@@ -71,6 +71,7 @@ class Destinations:
         stale_rule: bool,
         overdue: tuple[float, int],
         avoid_steps: int,
+        latency_steps: int,
         team_position: str,
         fan: tuple[float, float] | None,
     ) -> None:
@@ -79,7 +80,7 @@ class Destinations:
         self.memories: list[Any] = [None] * robots
         self.seconds = 0.0
         self.ask: Ask | None = None
-        self.waiting = Waiting(0)
+        self.waiting = Waiting(latency_steps)
         self._counts = TalkCounts()
         self._seed = seed
         self._heading_unit_rad = heading_unit_rad
@@ -122,7 +123,7 @@ class Destinations:
             self._reach_m, self._stale_rule, self._avoid_steps, step, events, count,
         )  # fmt: skip
         decisions: list[Decision] = []
-        leaders = np.flatnonzero(minds.state[:, NEEDS]).tolist() if asking else []
+        leaders = minds.state[:, NEEDS].nonzero()[0].tolist() if asking else []
         leaders += self._answered(minds, step, leaders)
         if leaders:
             if self._scratch is None:

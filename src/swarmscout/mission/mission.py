@@ -17,7 +17,6 @@ from swarmscout.core.model import Model
 from swarmscout.core.recorder import Decision, Recorder, StepRecord
 from swarmscout.core.version import package_version
 from swarmscout.destinations.selector import Selector
-from swarmscout.destinations.waiting import Waiting
 from swarmscout.mapping.evidence import EvidenceLog, observe
 from swarmscout.mapping.exchange import exchange_evidence, share_evidence
 from swarmscout.mapping.occupancy import BeliefView, OccupancyGrids
@@ -102,10 +101,8 @@ class Mission:
         self.world = world
         self.base = base
         self.destinations = setup.make_destinations(scenario, base, selector)
-        self.destinations.selector = setup.fitting(self.destinations.selector, scenario)
         self.asker = setup.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
-        self.destinations.waiting = Waiting(scenario.llm.latency_steps)
         self.sizes = setup.make_desired_sizes(scenario, base, policy)
         check_world(world, scenario.robots)
         self.stations_m = place_stations(world, scenario.robots)

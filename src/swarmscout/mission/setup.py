@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "complete",
-    "fitting",
     "make_asker",
     "make_bodies",
     "make_desired_sizes",
@@ -164,7 +163,7 @@ def make_destinations(
     """
     renewal, name = scenario.renewal, scenario.destinations
     return Destinations(
-        selector or SELECTORS.make(name, scenario.selector, base),
+        _fitting(selector or SELECTORS.make(name, scenario.selector, base), scenario),
         rule_name(name),
         seed=scenario.seed,
         robots=scenario.robots,
@@ -174,6 +173,7 @@ def make_destinations(
         stale_rule=renewal.rule == "stale",
         overdue=(renewal.overdue_factor, renewal.overdue_steps),
         avoid_steps=renewal.avoid_steps,
+        latency_steps=scenario.llm.latency_steps,
         team_position=scenario.teams.position,
         fan=(scenario.teams.fan_m, scenario.teams.fan_apart_m)
         if scenario.teams.members == "fan"
@@ -211,7 +211,7 @@ def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> A
     return connect(ModelSettings(**keys), model=model)
 
 
-def fitting(selector: Selector, scenario: Scenario) -> Selector:
+def _fitting(selector: Selector, scenario: Scenario) -> Selector:
     """The selector, its prompts short enough for the embedded model if that is asked."""
     if scenario.llm.provider != "embedded" or not isinstance(selector, AskingSelector):
         return selector

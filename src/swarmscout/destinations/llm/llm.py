@@ -19,7 +19,7 @@ from swarmscout.destinations.llm.talk import Outcome, converse, question
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.minds.view import LeaderView
 
-__all__ = ["Llm", "at_least", "one_of", "rule_of", "settled"]
+__all__ = ["Llm", "at_least", "by_rule", "one_of", "rule_of", "settled"]
 
 
 def rule_of(name: str, parameters: Mapping[str, Any] | None = None) -> Selector:
@@ -105,38 +105,52 @@ class Llm:
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """What is chosen when no model answers: the baseline's choice."""
-        kept = memory if isinstance(memory, Remembered) else Remembered()
-        plain = self._rule.choose(view, kept.rule)
-        return settled(view, plain, Outcome(None, "", ()), {}, kept, self.history)
+        return by_rule(self._rule, view, memory, self.history)
 
     def converse(self, view: LeaderView, memory: Any) -> Talk:
         """See :class:`swarmscout.destinations.asking.AskingSelector`."""
-        kept = memory if isinstance(memory, Remembered) else Remembered()
-        plain = self._rule.choose(view, kept.rule)
         if view.step <= self.warm_up_steps:
-            outcome = Outcome(None, "", ())
-            details: dict[str, Any] = {"warm_up": True}
-        else:
-            frontiers = len(view.frontiers)
-            order = view.rng.permutation(frontiers) if self.shuffle else np.arange(frontiers)
-            encode = ENCODINGS[self.encoding]
-            encoded = encode(view, self.prompt_tokens, order, self.features)
-            messages = question(view, encoded, self._prompt, kept.told(view, self.history))
-            outcome = yield from converse(
-                view,
-                encoded,
-                self._prompt,
-                messages,
-                encoding=self.encoding,
-                brief=False,
-                attempts=1 + self.retries,
-                max_tokens=self.answer_tokens,
-            )
-            cells = [candidate.cell for candidate in encoded.candidates]
-            details = {"shown": len(cells)}
-            if outcome.cell in cells:
-                details["place"] = cells.index(outcome.cell) + 1
+            return by_rule(self._rule, view, memory, self.history, warm_up=True)
+        kept = Remembered.of(memory)
+        plain = self._rule.choose(view, kept.rule)
+        frontiers = len(view.frontiers)
+        order = view.rng.permutation(frontiers) if self.shuffle else np.arange(frontiers)
+        encode = ENCODINGS[self.encoding]
+        encoded = encode(view, self.prompt_tokens, order, self.features)
+        messages = question(view, encoded, self._prompt, kept.told(view, self.history))
+        outcome = yield from converse(
+            view,
+            encoded,
+            self._prompt,
+            messages,
+            encoding=self.encoding,
+            brief=False,
+            attempts=1 + self.retries,
+            max_tokens=self.answer_tokens,
+        )
+        cells = [candidate.cell for candidate in encoded.candidates]
+        details = {"shown": len(cells)}
+        if outcome.cell in cells:
+            details["place"] = cells.index(outcome.cell) + 1
         return settled(view, plain, outcome, details, kept, self.history)
+
+
+def by_rule(
+    rule: Selector, view: LeaderView, memory: Any, history: int, *, warm_up: bool = False
+) -> Choice:
+    """The choice of the rule that stands behind a language model, when none is asked.
+
+    Args:
+        rule: who chooses.
+        view: what the leader knows.
+        memory: as the mission hands it over.
+        history: how many decisions to remember.
+        warm_up: whether it is too early to ask, for the record.
+    """
+    kept = Remembered.of(memory)
+    details = {"warm_up": True} if warm_up else {}
+    plain = rule.choose(view, kept.rule)
+    return settled(view, plain, Outcome(None, "", ()), details, kept, history)
 
 
 def settled(

@@ -31,6 +31,11 @@ class Remembered:
     rule: Any = None
     past: tuple[tuple[int, tuple[int, int], str, str], ...] = ()
 
+    @classmethod
+    def of(cls, memory: Any) -> Remembered:
+        """A memory as the mission hands it over: none at first, or another rule's."""
+        return memory if isinstance(memory, cls) else cls()
+
     def known(self, view: LeaderView) -> tuple[tuple[int, tuple[int, int], str, str], ...]:
         """The past, with what became of the latest decision."""
         if not self.past:

@@ -12,11 +12,11 @@ import numpy as np
 from swarmscout.destinations.asking import Talk
 from swarmscout.destinations.llm.encoded import Candidate, Encoded
 from swarmscout.destinations.llm.features import FEATURES, columns_of
-from swarmscout.destinations.llm.llm import at_least, one_of, rule_of, settled
+from swarmscout.destinations.llm.llm import at_least, by_rule, one_of, rule_of, settled
 from swarmscout.destinations.llm.prompts import Prompt, load_prompt
 from swarmscout.destinations.llm.remembered import Remembered
 from swarmscout.destinations.llm.tables import number
-from swarmscout.destinations.llm.talk import Outcome, converse, question
+from swarmscout.destinations.llm.talk import converse, question
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.minds.view import LeaderView
 
@@ -132,17 +132,13 @@ class LlmShortlist(_Shortlist):
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """What is chosen when no model answers: the rule's choice."""
-        kept = memory if isinstance(memory, Remembered) else Remembered()
-        plain = self._rule.choose(view, kept.rule)
-        return settled(view, plain, Outcome(None, "", ()), {}, kept, self.history)
+        return by_rule(self._rule, view, memory, self.history)
 
     def converse(self, view: LeaderView, memory: Any) -> Talk:
         """See :class:`swarmscout.destinations.asking.AskingSelector`."""
-        kept = memory if isinstance(memory, Remembered) else Remembered()
         if view.step <= self.warm_up_steps:
-            plain = self._rule.choose(view, kept.rule)
-            warm_up = Outcome(None, "", ())
-            return settled(view, plain, warm_up, {"warm_up": True}, kept, self.history)
+            return by_rule(self._rule, view, memory, self.history, warm_up=True)
+        kept = Remembered.of(memory)
         plain, shown = self._shuffled(view, kept.rule)
         encoded = self._encoded(view, shown)
         outcome = yield from converse(
