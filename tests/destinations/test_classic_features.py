@@ -19,13 +19,19 @@ from swarmscout.testing import leader_view, situations
 Cell = tuple[int, int]
 
 
-def some_view(seed: int, walls: float = 0.2, unknown: float = 0.2) -> LeaderView:
-    rng = np.random.default_rng(seed)
+def some_labels(rng: np.random.Generator, walls: float, unknown: float) -> NDArray[np.uint8]:
+    """A small map drawn cell by cell, with one frontier at least."""
     drawn = rng.random((12, 15))
     labels = np.full(drawn.shape, FREE, dtype=np.uint8)
     labels[drawn < walls] = OCCUPIED
     labels[drawn > 1.0 - unknown] = UNKNOWN
     labels[2, 2], labels[2, 3] = FREE, UNKNOWN
+    return labels
+
+
+def some_view(seed: int, walls: float = 0.2, unknown: float = 0.2) -> LeaderView:
+    rng = np.random.default_rng(seed)
+    labels = some_labels(rng, walls, unknown)
     spots = [(int(rng.integers(12)), int(rng.integers(15))) for _ in range(4)]
     others = ((spots[1], None), (spots[2], spots[3]))
     return leader_view(labels, spots[0], others=others, seed=seed)

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
+from test_classic_features import some_labels
 
 from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
 from swarmscout.destinations.nearest import Nearest
@@ -76,11 +77,7 @@ def check_against_networkx(view: LeaderView) -> None:
 @given(seed=st.integers(0, 10**6), walls=st.floats(0.0, 0.5), unknown=st.floats(0.02, 0.6))
 def test_nearest_is_the_nearest_by_dijkstra(seed: int, walls: float, unknown: float) -> None:
     rng = np.random.default_rng(seed)
-    drawn = rng.random((12, 15))
-    labels = np.full(drawn.shape, FREE, dtype=np.uint8)
-    labels[drawn < walls] = OCCUPIED
-    labels[drawn > 1.0 - unknown] = UNKNOWN
-    labels[2, 2], labels[2, 3] = FREE, UNKNOWN
+    labels = some_labels(rng, walls, unknown)
     leader = (int(rng.integers(12)), int(rng.integers(15)))
     check_against_networkx(leader_view(labels, leader, seed=seed))
 

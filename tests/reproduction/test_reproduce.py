@@ -2,25 +2,15 @@
 
 import re
 import xml.etree.ElementTree as ElementTree
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 
 import pytest
+from in_this_process import InThisProcess
 
 from swarmscout.cli.app import main
 from swarmscout.core.errors import StudyError
 from swarmscout.reproduction.catalogue import FIGURES, figures_named, reproduce
 from swarmscout.reproduction.options import Options
 from swarmscout.studies.running import run_study
-
-
-class InThisProcess:
-    width = 1
-
-    @contextmanager
-    def open(self):
-        with ThreadPoolExecutor(1) as pool:
-            yield pool
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,8 @@
 import textwrap
 
 import pytest
-from small_studies import SMALL, InThisProcess
+from in_this_process import InThisProcess
+from small_studies import SMALL
 
 from swarmscout.studies.study import Study
 

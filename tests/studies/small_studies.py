@@ -1,7 +1,4 @@
-"""Studies that run in a second or two, and what runs them in this process."""
-
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+"""Studies that run in a second or two."""
 
 SMALL = """
 name = "small"
@@ -20,14 +17,3 @@ steps = 20
 [axes]
 destinations = ["quantile", "nearest"]
 """
-
-
-class InThisProcess:
-    """An engine of one thread: quick, and enough where nobody is killed."""
-
-    width = 1
-
-    @contextmanager
-    def open(self):
-        with ThreadPoolExecutor(1) as pool:
-            yield pool

@@ -8,7 +8,7 @@ import sys
 import time
 
 import pytest
-from small_studies import InThisProcess
+from in_this_process import InThisProcess
 
 from swarmscout.recording.run import Run
 from swarmscout.studies.running import run_study

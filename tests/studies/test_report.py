@@ -8,7 +8,8 @@ import xml.etree.ElementTree as ElementTree
 
 import polars as pl
 import pytest
-from small_studies import SMALL, InThisProcess
+from in_this_process import InThisProcess
+from small_studies import SMALL
 
 from swarmscout.core.errors import StudyError
 from swarmscout.studies.blocks import Code, Heading, Table, Text, Warn

@@ -12,7 +12,8 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import pytest
-from small_studies import SMALL, InThisProcess
+from in_this_process import InThisProcess
+from small_studies import SMALL
 
 from swarmscout.core.errors import StudyError
 from swarmscout.recording.run import Run

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from swarmscout.core.errors import RunError
 from swarmscout.recording.run import Run
 from swarmscout.recording.tables import LEVELS
 from swarmscout.studies.intervals import Estimate, by_unit, mean_interval
-from swarmscout.studies.study_file import PLACE_KEYS
+from swarmscout.studies.study_file import PLACE_KEYS, dotted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,7 +77,7 @@ def runs_beside(paths: Sequence[str | Path]) -> Beside:
     if len(paths) < 2:
         raise RunError("give two runs or more to compare")
     runs = [Run.open(path) for path in paths]
-    flat = [dict(_flat(run.scenario.model_dump())) for run in runs]
+    flat = [dict(dotted(run.scenario.model_dump())) for run in runs]
     every = list(dict.fromkeys(key for keys in flat for key in keys))
     differing = [key for key in every if len({repr(keys.get(key)) for keys in flat}) > 1]
     keys = [{key: each.get(key) for key in differing} for each in flat]
@@ -149,11 +149,3 @@ def _gains(runs: Sequence[Run], kinds: Sequence[str]) -> list[Gain]:
 
 def _tail(key: str) -> str:
     return key.rpartition(".")[2]
-
-
-def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in values.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield prefix + key, value

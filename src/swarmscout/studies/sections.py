@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Iterator, Sequence
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from swarmscout.studies.intervals import FEW_UNITS, MANY_UNITS
 from swarmscout.studies.measures import language_model_table, measures_table, times_table
 from swarmscout.studies.metrics import METRICS
 from swarmscout.studies.scaling import scaling_pictures
+from swarmscout.studies.study_file import dotted
 from swarmscout.studies.words import (
     number,
     p_words,
@@ -154,7 +155,7 @@ def _what_was_run(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
     rows = [
         ["missions", told],
         ["base scenario", f"`{declared.base}`"],
-        *[[f"`{key}`", f"`{value}`"] for key, value in sorted(_flat(declared.scenario))],
+        *[[f"`{key}`", f"`{value}`"] for key, value in sorted(dotted(declared.scenario))],
         *[
             [f"axis `{axis.name}`", ", ".join(f"`{label}`" for label in axis.labels)]
             for axis in study.axes
@@ -297,11 +298,3 @@ def _how(study: Study) -> Iterator[Block]:
         "`data/missions`, `data/curves` (row: of missions), `data/comparisons`, each as Parquet "
         "and CSV."
     )
-
-
-def _flat(keys: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in keys.items():
-        if isinstance(value, dict):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield prefix + key, value

@@ -7,7 +7,7 @@ and for each of them the same seeds.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -30,6 +30,7 @@ __all__ = [
     "base_of",
     "changes_of",
     "checked",
+    "dotted",
     "read_study_file",
     "study_toml",
 ]
@@ -69,7 +70,7 @@ class StudyFile(BaseModel):
     def _dotted_axes(cls, data: Any) -> Any:
         """In TOML ``teams.desired_size = [1, 5]`` is a table in a table: one axis to us."""
         if isinstance(data, dict) and isinstance(data.get("axes"), dict):
-            data = {**data, "axes": dict(_flat(data["axes"]))}
+            data = {**data, "axes": _scenario_keys(data["axes"])}
         return data
 
 
@@ -261,16 +262,23 @@ def _joint_value(name: str, keys: dict[str, Any]) -> AxisValue:
         raise StudyError(f"axis '{name}': every table needs a label")
     if not keys:
         raise StudyError(f"axis '{name}', value '{label}': no scenario key is set")
-    return AxisValue(label, dict(_flat(keys)))
+    return AxisValue(label, _scenario_keys(keys))
 
 
-def _flat(keys: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Sections of a scenario as dotted keys; a selector's parameters stay one mapping."""
+def dotted(
+    keys: Mapping[str, Any], whole: Sequence[str] = (), prefix: str = ""
+) -> Iterator[tuple[str, Any]]:
+    """Every value under its dotted key: sections are opened, but for those named `whole`."""
     for key, value in keys.items():
-        if isinstance(value, Mapping) and prefix + key != "selector":
-            yield from _flat(value, f"{prefix}{key}.")
+        if isinstance(value, Mapping) and prefix + key not in whole:
+            yield from dotted(value, whole, f"{prefix}{key}.")
         else:
             yield prefix + key, value
+
+
+def _scenario_keys(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Sections of a scenario as dotted keys; a selector's parameters stay one mapping."""
+    return dict(dotted(keys, whole=("selector",)))
 
 
 def _check(declared: StudyFile, axes: list[Axis]) -> None:
@@ -312,7 +320,7 @@ def base_of(declared: StudyFile, folder: Path) -> str | Path:
 
 def changes_of(declared: StudyFile, folder: Path) -> dict[str, Any]:
     """What the study changes in its base, as dotted keys; files are named by absolute paths."""
-    keys = dict(_flat(declared.scenario))
+    keys = _scenario_keys(declared.scenario)
     _make_absolute(keys, folder)
     return keys
 
