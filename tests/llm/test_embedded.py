@@ -55,7 +55,7 @@ class TestWithTheModel:
         pytest.importorskip("openai")
 
     def scenario(self, destinations: str = "llm-shortlist", **more: Any) -> Scenario:
-        keys = {"robots": 5, "steps": 50, "destinations": destinations, **more}
+        keys = {"robots": 5, "steps": 80, "destinations": destinations, **more}
         return Scenario.model_validate(
             {**keys, "llm": {"provider": "embedded", **more.get("llm", {})}}
         )
