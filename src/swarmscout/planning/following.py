@@ -213,20 +213,22 @@ def steer(  # type: ignore[no-untyped-def]
         # Where something was in the way, it goes from cell to cell.
         sight = SIGHT_CELLS if plan[i, STUCK] == 0 and not blocked else 1
         for a in range(min(longest, plan[i, AT] + sight) - 1, plan[i, AT], -1):
-            ax, ay = _offset(route[i, a], x, y, ox, oy, cell_m, columns)
-            if _lane_is_free(price[m], x, y, ax, ay, half_width_m, ox, oy, cell_m, columns):
+            far_x, far_y = _offset(route[i, a], x, y, ox, oy, cell_m, columns)
+            if not _lane_is_free(
+                price[m], x, y, far_x, far_y, half_width_m, ox, oy, cell_m, columns
+            ):
+                continue
+            # What lies before it is as good as driven once the robot is nearer to what follows.
+            while plan[i, AT] < a:
+                ax, ay = _offset(route[i, plan[i, AT] + 1], x, y, ox, oy, cell_m, columns)
+                if ax * ax + ay * ay > dx * dx + dy * dy:
+                    break
+                plan[i, AT] += 1
                 dx = ax
                 dy = ay
-                # What lies before it is as good as driven once the robot is nearer to what follows.
-                bx, by = _offset(route[i, plan[i, AT]], x, y, ox, oy, cell_m, columns)
-                while plan[i, AT] < a:
-                    ax, ay = _offset(route[i, plan[i, AT] + 1], x, y, ox, oy, cell_m, columns)
-                    if ax * ax + ay * ay > bx * bx + by * by:
-                        break
-                    plan[i, AT] += 1
-                    bx = ax
-                    by = ay
-                break
+            dx = far_x
+            dy = far_y
+            break
         if plan[i, GOAL] == STATION and (blocked or plan[i, AT] >= longest):
             docked = False
             for s in range(stations.shape[0]):
