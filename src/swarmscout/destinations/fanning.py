@@ -49,6 +49,24 @@ def _away(reading, j, cell, ox, oy, cell_m, columns):  # type: ignore[no-untyped
     return dx * dx + dy * dy
 
 
+@inlined
+def _reached(reading, members, n, cell, reach_m, ox, oy, cell_m, columns):  # type: ignore[no-untyped-def]
+    """Whether any of n members, as heard, is at a cell."""
+    for a in range(n):
+        if _away(reading, members[a], cell, ox, oy, cell_m, columns) <= reach_m * reach_m:
+            return True
+    return False
+
+
+@inlined
+def _is_apart(targets, n, cell, apart, columns):  # type: ignore[no-untyped-def]
+    """Whether a cell keeps its distance (squared, in cells) from all targets that are taken."""
+    for b in range(n):
+        if targets[b] >= 0 and _squared(targets[b], cell, columns) < apart:
+            return False
+    return True
+
+
 @kernel
 def fan_out(  # type: ignore[no-untyped-def]
     state, sending, links, heard_state, heard_reading, status, frontier_bit, cells, members,
@@ -98,13 +116,9 @@ def fan_out(  # type: ignore[no-untyped-def]
         # Cells that a member has reached already are not worth going to.
         left = 0
         for c in range(found):
-            reached = False
-            for a in range(n):
-                away = _away(heard_reading[k], members[a], cells[c], ox, oy, cell_m, columns)
-                if away <= reach_m * reach_m:
-                    reached = True
-                    break
-            if not reached:
+            if not _reached(
+                heard_reading[k], members, n, cells[c], reach_m, ox, oy, cell_m, columns
+            ):
                 cells[left] = cells[c]
                 left += 1
         taken = False
@@ -136,12 +150,7 @@ def fan_out(  # type: ignore[no-untyped-def]
                     away = _away(heard_reading[k], members[a], cells[c], ox, oy, cell_m, columns)
                     if away >= best:
                         continue
-                    free = True
-                    for b in range(n):
-                        if targets[b] >= 0 and _squared(targets[b], cells[c], columns) < apart:
-                            free = False
-                            break
-                    if free:
+                    if _is_apart(targets, n, cells[c], apart, columns):
                         best, best_a, best_cell = away, a, cells[c]
             if best_a < 0:
                 break
