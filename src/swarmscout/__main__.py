@@ -5,15 +5,18 @@ from __future__ import annotations
 import signal
 import sys
 
+from swarmscout.cli.interrupts import Interrupted, interruptible
+
 
 def main() -> int:
-    """Run the command line; Ctrl-C while it is being loaded is one line too."""
+    """Run the command line; a signal while it is being loaded is one line too."""
     try:
-        from swarmscout.cli.app import main as run
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        return 128 + signal.SIGINT
-    return run()
+        with interruptible():
+            from swarmscout.cli.app import main as run
+        return run()
+    except (Interrupted, KeyboardInterrupt) as stopped:
+        print(str(stopped) or "interrupted", file=sys.stderr)
+        return 128 + getattr(stopped, "signal", signal.SIGINT)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import time
 from collections.abc import Callable
@@ -74,6 +75,40 @@ def test_a_library_may_turn_an_interrupt_into_its_own_error() -> None:
     assert caught.value.signal == signal.SIGTERM
     with pytest.raises(ImportError), interruptible():
         raise ImportError("no signal has arrived")
+
+
+def test_an_interrupt_that_a_library_swallows_is_remembered() -> None:
+    def half_an_import() -> None:
+        with contextlib.suppress(BaseException):
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(Interrupted), interruptible():
+        half_an_import()
+    begun = []
+
+    def mission() -> None:
+        half_an_import()
+        with between_steps():
+            begun.append("a mission")
+
+    with pytest.raises(Interrupted), interruptible():
+        mission()
+    assert not begun
+    with interruptible(), between_steps() as check:
+        check()  # What was heard before is over.
+
+
+def test_an_interrupt_that_python_drops_is_remembered_without_a_report(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    class Dropped:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGTERM)
+
+    with pytest.raises(Interrupted) as caught, interruptible():
+        Dropped()
+    assert caught.value.signal == signal.SIGTERM
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.slow

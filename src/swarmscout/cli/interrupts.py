@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,6 +13,8 @@ from typing import Any
 __all__ = ["Interrupted", "between_steps", "interruptible"]
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+# Signals that arrived inside the outermost `interruptible`, each of which raised where it arrived.
+_arrived: list[int] = []
 
 
 class Interrupted(BaseException):
@@ -31,22 +34,44 @@ class Interrupted(BaseException):
 def interruptible() -> Iterator[None]:
     """SIGINT and SIGTERM raise :class:`Interrupted` at once.
 
-    Libraries that are being imported may turn it into an error of their own: once a signal has
-    arrived, whatever error follows means that it was heard.
+    What is raised may get lost on its way: a library that is being imported turns it into an error
+    of its own or catches it, Python drops it where a callback of the garbage collector ran. So the
+    signal is remembered: whatever ends the block then means that it was heard, and
+    :func:`between_steps` does not begin.
     """
-    arrived: list[int] = []
 
     def stop(number: int, _: FrameType | None) -> None:
-        arrived.append(number)
+        _arrived.append(number)
         raise Interrupted(number)
 
+    earlier = len(_arrived)
+    report = sys.unraisablehook
+    sys.unraisablehook = _unless_interrupted(report)
     try:
         with _installed(stop):
             yield
+        _raise_if_any(_arrived[earlier:])
     except Exception:
-        if arrived:
-            raise Interrupted(arrived[0]) from None
+        _raise_if_any(_arrived[earlier:])
         raise
+    finally:
+        sys.unraisablehook = report
+        del _arrived[earlier:]
+
+
+def _raise_if_any(signals: list[int]) -> None:
+    if signals:
+        raise Interrupted(signals[0]) from None
+
+
+def _unless_interrupted(report: Callable[[Any], Any]) -> Callable[[Any], None]:
+    """Python's report of errors that it drops, without the interrupts, which are remembered."""
+
+    def only_others(dropped: Any) -> None:
+        if not isinstance(dropped.exc_value, Interrupted):
+            report(dropped)
+
+    return only_others
 
 
 @contextmanager
@@ -56,7 +81,7 @@ def between_steps() -> Iterator[Callable[[], None]]:
     Yields:
         What is to be called after each step: it raises :class:`Interrupted` when a signal waits.
     """
-    waiting: list[int] = []
+    waiting: list[int] = _arrived[:1]
 
     def stop(number: int, _: FrameType | None) -> None:
         if waiting:
@@ -64,9 +89,9 @@ def between_steps() -> Iterator[Callable[[], None]]:
         waiting.append(number)
 
     def check() -> None:
-        if waiting:
-            raise Interrupted(waiting[0])
+        _raise_if_any(waiting)
 
+    check()
     with _installed(stop):
         yield check
 
