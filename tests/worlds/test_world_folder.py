@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pickle
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from swarmscout.core.errors import WorldError
-from swarmscout.worlds import World, load_folder, load_world, save_world, world_from_ascii
+from swarmscout.worlds import Mesh, World, load_folder, load_world, save_world, world_from_ascii
 
 
 @pytest.fixture
@@ -43,6 +44,35 @@ def test_round_trip(tmp_path, world):
         assert not back.free.flags.writeable
     small = world_from_ascii("####\n#SC#\n####", name="tïny")
     same(small, load_folder(save_world(small, tmp_path / "a" / "b")))
+
+
+def test_a_mesh_comes_back_and_goes_with_its_world(tmp_path, world):
+    vertices = np.array([[0, 0, 0], [1, 0, 0.5], [0, 1, 0], [1, 1, 2]], dtype=np.float32)
+    meshed = dataclasses.replace(world, mesh=Mesh(vertices, [[0, 1, 2], [1, 3, 2]]))
+    back = load_folder(save_world(meshed, tmp_path))
+    same(meshed, back)
+    np.testing.assert_array_equal(back.mesh.vertices_m, vertices)
+    assert back.mesh.triangles.tolist() == [[0, 1, 2], [1, 3, 2]]
+    assert not back.mesh.vertices_m.flags.writeable
+    (tmp_path / "triangles.npy").write_bytes(b"something else")
+    with pytest.raises(WorldError, match=r"triangles\.npy is not the file that was written"):
+        load_folder(tmp_path)
+    save_world(world, tmp_path)
+    assert load_folder(tmp_path).mesh is None
+    assert "vertices.npy" not in contents(tmp_path)
+
+
+def test_a_mesh_is_checked_and_does_not_change():
+    vertices = np.zeros((3, 3), dtype=np.float32)
+    mesh = Mesh(vertices, [[0, 1, 2]])
+    vertices[:] = 7.0
+    assert not mesh.vertices_m.any()
+    with pytest.raises(WorldError, match="outside 0 to 2"):
+        Mesh(vertices, [[0, 1, 3]])
+    with pytest.raises(WorldError, match=r"shape \[3, 2\]"):
+        Mesh(vertices[:, :2], [[0, 1, 2]])
+    with pytest.raises(WorldError, match="no finite number"):
+        Mesh(vertices * np.nan, [[0, 1, 2]])
 
 
 def test_the_same_world_gives_the_same_bytes(tmp_path, world):

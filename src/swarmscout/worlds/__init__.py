@@ -8,6 +8,7 @@ from swarmscout.worlds.arrays import world_from_array, world_from_ascii
 from swarmscout.worlds.catalogue import load_world, named_worlds
 from swarmscout.worlds.checks import check_world
 from swarmscout.worlds.folder import load_folder, save_world
+from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.placing import place_robots, place_stations
 from swarmscout.worlds.reach import reachable
 from swarmscout.worlds.tube import generate_tube
@@ -15,6 +16,7 @@ from swarmscout.worlds.tube_parameters import TubeParameters
 from swarmscout.worlds.world import World
 
 __all__ = [
+    "Mesh",
     "TubeParameters",
     "World",
     "check_world",

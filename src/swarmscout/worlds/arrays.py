@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarmscout.core.errors import WorldError
+from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.resampling import check_length, check_size, refined
 from swarmscout.worlds.world import World
 
@@ -29,6 +30,7 @@ def world_from_array(
     stations_m: ArrayLike | None = None,
     ground_m: NDArray[np.float32] | None = None,
     ceiling_m: NDArray[np.float32] | None = None,
+    mesh: Mesh | None = None,
     source: Mapping[str, Any] | None = None,
 ) -> World:
     """A world from a raster in memory.
@@ -43,6 +45,7 @@ def world_from_array(
         stations_m: [k, 2] charging stations, in metres; None: derived for a number of robots.
         ground_m: float32[rows, cols] heights, or None for a flat floor.
         ceiling_m: float32[rows, cols] heights, or None for open sky.
+        mesh: the cave's surface in the same frame, or None.
         source: where it came from.
 
     Returns:
@@ -70,6 +73,7 @@ def world_from_array(
         stations_m=stations,
         ground_m=ground_m,
         ceiling_m=ceiling_m,
+        mesh=mesh,
     )
     # The digest is a fact about the finished world, so it joins what is said about its source.
     facts = {"file": "an array in memory"} if source is None else dict(source)

@@ -1,8 +1,8 @@
 """A world as a folder: ``world.toml`` and its rasters.
 
-``free.npy`` holds the free raster packed to bits, ``ground.npy`` and ``ceiling.npy`` the heights.
-The same world gives the same bytes. A digest of the free raster and where it lies is checked when a
-folder is read, and so are those of the heights.
+``free.npy`` holds the free raster packed to bits, ``ground.npy`` and ``ceiling.npy`` the heights,
+``vertices.npy`` and ``triangles.npy`` the mesh. The same world gives the same bytes. A digest of
+the free raster and where it lies is checked when a folder is read, and so are those of the files.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds.arrays import world_from_array
+from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.resampling import check_size
 from swarmscout.worlds.world import World
 
@@ -28,6 +29,7 @@ __all__ = ["WORLD_FILE", "load_folder", "save_world"]
 WORLD_FILE = "world.toml"
 _FORMAT = 1
 _HEIGHTS = ("ground", "ceiling")
+_MESH = ("vertices", "triangles")
 
 
 def save_world(world: World, folder: Path | str) -> Path:
@@ -49,6 +51,9 @@ def save_world(world: World, folder: Path | str) -> Path:
     for name, heights in zip(_HEIGHTS, (world.ground_m, world.ceiling_m), strict=True):
         if heights is not None:
             rasters[name] = _bytes(np.ascontiguousarray(heights, dtype=np.float32))
+    if world.mesh is not None:
+        arrays = (world.mesh.vertices_m, world.mesh.triangles)
+        rasters |= {name: _bytes(array) for name, array in zip(_MESH, arrays, strict=True)}
     facts: dict[str, Any] = {
         "format": _FORMAT,
         "name": world.name,
@@ -64,7 +69,7 @@ def save_world(world: World, folder: Path | str) -> Path:
         facts["stations_m"] = [[float(x), float(y)] for x, y in world.stations_m]
     facts["rasters"] = {name: _sha(packed) for name, packed in rasters.items()}
     facts["source"] = _plain(world.source)
-    for name in _HEIGHTS:
+    for name in _HEIGHTS + _MESH:
         if name not in rasters:
             (target / f"{name}.npy").unlink(missing_ok=True)
     for name, packed in rasters.items():
@@ -115,11 +120,19 @@ def load_folder(folder: Path | str) -> World:
         stations_m=stations,
         ground_m=heights.get("ground"),
         ceiling_m=heights.get("ceiling"),
+        mesh=_mesh(home, digests),
         source=source,
     )
     if world.digest != digest:
         raise WorldError(f"'{home}' is damaged: its raster does not have the digest {digest}")
     return world
+
+
+def _mesh(home: Path, digests: Mapping[str, str]) -> Mesh | None:
+    if not set(_MESH) <= digests.keys():
+        return None
+    vertices = _read(home, "vertices", digests, (None, 3), np.float32)
+    return Mesh(vertices, _read(home, "triangles", digests, (None, 3), np.int32))
 
 
 def _facts(path: Path) -> dict[str, Any]:
@@ -140,7 +153,11 @@ def _facts(path: Path) -> dict[str, Any]:
 
 
 def _read(
-    home: Path, name: str, digests: Mapping[str, str], shape: tuple[int, int], dtype: type
+    home: Path,
+    name: str,
+    digests: Mapping[str, str],
+    shape: tuple[int | None, int],
+    dtype: type,
 ) -> NDArray[Any]:
     path = home / f"{name}.npy"
     try:
@@ -153,6 +170,8 @@ def _read(
         array: NDArray[Any] = np.load(io.BytesIO(packed), allow_pickle=False)
     except (ValueError, EOFError, OSError) as error:
         raise WorldError(f"'{home}' is damaged: {path.name}: {error}") from None
+    if shape[0] is None and array.ndim:
+        shape = (array.shape[0], shape[1])
     if array.shape != shape or array.dtype != dtype:
         raise WorldError(
             f"'{home}' is damaged: {path.name} holds {array.dtype}{list(array.shape)}, "

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
+from swarmscout.worlds.meshes.mesh import Mesh
 
 __all__ = ["World"]
 
@@ -35,6 +36,7 @@ class World:
             number of robots by :func:`swarmscout.worlds.placing.place_stations`.
         ground_m: float32[rows, cols] height of the ground, or None for a flat floor at 0.
         ceiling_m: float32[rows, cols] height of the ceiling, or None for open sky.
+        mesh: the cave's surface in 3D, for exact sensing, or None.
         source: where it came from: generator and parameters, or file; with the ``digest``.
         derived: what other modules of this room worked out of this world and keep with it (a world
             does not change); nobody else looks in here.
@@ -48,6 +50,7 @@ class World:
     stations_m: NDArray[np.float64] | None = None
     ground_m: NDArray[np.float32] | None = field(default=None, repr=False)
     ceiling_m: NDArray[np.float32] | None = field(default=None, repr=False)
+    mesh: Mesh | None = field(default=None, repr=False)
     source: Mapping[str, Any] = field(default_factory=dict)
     derived: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
