@@ -37,6 +37,7 @@ from swarmscout.destinations.registry import selectors
 from swarmscout.destinations.selector import Choice
 from swarmscout.teams.registry import policies
 from swarmscout.testing import small_world
+from swarmscout.worlds import Mesh, world_from_array
 
 class SizedByAll:
     def desired(self, view):
@@ -59,6 +60,10 @@ class LooksAtAll:
         view.route_costs(), view.unknown_m2(2.0), view.neighbour_counts((3, 3))
         return Choice(tuple(view.frontiers[-1]))
 
+room = np.ones((60, 60), dtype=np.uint8)
+slab = Mesh([[4, 0, -1], [4, 5, -1], [4, 0, 2]], [[0, 1, 2]])
+hill = world_from_array(room, ground_m=np.zeros(room.shape, dtype=np.float32), mesh=slab)
+fly(world=hill, sensor={"sensing": "mesh"})
 fly()
 for name in selectors():
     fly(destinations=name)

@@ -50,6 +50,8 @@ def compile_all() -> None:
     from swarmscout.destinations.registry import selectors
     from swarmscout.mission.mission import Mission
     from swarmscout.mission.scenario_files import load_scenario
+    from swarmscout.worlds.arrays import world_from_array
+    from swarmscout.worlds.meshes.mesh import Mesh
 
     for name in selectors():
         Mission(load_scenario("paper", {"robots": 6, "steps": 30, "destinations": name})).run()
@@ -57,6 +59,11 @@ def compile_all() -> None:
     others = {"start": "spread", "battery.start_min": 0.0, "battery.return_rule": "distance"}
     literal = load_scenario("paper-literal", {"robots": 6, "steps": 30, **others})
     Mission(literal, links=lambda _: np.ones((6, 6), dtype=np.bool_)).run()
+    corners = np.array([[4, 0, -1], [4, 4, -1], [4, 0, 2]], dtype=np.float32)
+    wall = Mesh(corners, np.array([[0, 1, 2]], dtype=np.int32))
+    room = np.ones((40, 40), dtype=np.uint8)
+    world = world_from_array(room, ground_m=np.zeros(room.shape, dtype=np.float32), mesh=wall)
+    Mission(load_scenario("paper", {"steps": 2, "sensor.sensing": "mesh"}), world=world).run()
 
 
 def uncompiled_kernels() -> list[str]:

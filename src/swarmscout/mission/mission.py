@@ -34,6 +34,7 @@ from swarmscout.teams.formation import Tally, reorganize
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.catalogue import load_world
 from swarmscout.worlds.checks import check_world
+from swarmscout.worlds.footing import without_steep
 from swarmscout.worlds.placing import place_stations
 from swarmscout.worlds.world import World
 
@@ -104,15 +105,19 @@ class Mission:
         self.asker = setup.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
         self.sizes = setup.make_desired_sizes(scenario, base, policy)
-        check_world(world, scenario.robots)
-        self.stations_m = place_stations(world, scenario.robots)
+        # What the world is for these bodies: they do not drive where it is too steep.
+        ground = without_steep(world, scenario.body.slope_deg, scenario.body.radius_m)
+        self._ground = ground
+        check_world(ground, scenario.robots)
+        self.stations_m = place_stations(ground, scenario.robots)
         self.frame = setup.make_frame(world, scenario)
-        self.bodies = setup.make_bodies(world, scenario)
+        self.bodies = setup.make_bodies(ground, scenario)
 
         robots = scenario.robots
         shared = links is None
         self.headings = heading_table()
-        self.senses = Senses(scenario, world, self.headings)
+        mesh = setup.make_mesh(world, scenario)
+        self.senses = Senses(scenario, ground, self.headings, mesh)
         self.minds = blank_minds(robots, shared=shared)
         self.minds.state[:, DESIRED] = scenario.teams.desired_size
         evidence_model = setup.make_model(scenario)
@@ -135,14 +140,14 @@ class Mission:
             self.headings,
         )
         self.judge = Judge(
-            map_truth(world, self.frame, scenario.body.radius_m), robots, scenario.body.forward_m
+            map_truth(ground, self.frame, scenario.body.radius_m), robots, scenario.body.forward_m
         )
         self.step_number = 0
         self.end_reason: str | None = None
         self.action = np.zeros(robots, dtype=np.int64)
         self.events = np.zeros((8 * robots + 16, 4), dtype=np.int64)
         self._count = np.zeros(1, dtype=np.int64)
-        self._hand_check = HandCheck(world, self.frame.size)
+        self._hand_check = HandCheck(ground, self.frame.size)
         self._links = checked_function(links)
         self._no_links = np.zeros((1, 1), dtype=np.bool_)
         self._tally = Tally(robots)
@@ -200,7 +205,7 @@ class Mission:
         self.planner.plan(minds, self.grids, step, *news)
         self.planner.steer(minds, self.grids, bodies.contact, self.action)
         carry_out(
-            self.action, bodies, self.world, self._near,
+            self.action, bodies, self._ground, self._near,
             body.radius_m, body.forward_m, self._turn_ticks, self.headings, step,
         )  # fmt: skip
         self._hand_check.after(bodies, minds)

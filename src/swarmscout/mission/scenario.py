@@ -58,6 +58,9 @@ class BodyScenario(_Section):
     radius_m: float = Field(0.15, ge=0.01, le=1.0, description="half of the robot's diameter")
     forward_m: float = Field(0.2, ge=0.001, le=1.0, description="length of one forward move")
     turn_deg: float = Field(40.0, ge=1.0, le=180.0, description="angle of one rotation")
+    slope_deg: float = Field(
+        45.0, gt=0.0, le=90.0, description="steepest ground that it drives over; 90: any"
+    )
     position_noise_m: float = Field(
         0.0, ge=0.0, le=5.0, description="standard deviation of a believed x and y"
     )
@@ -73,6 +76,12 @@ class SensorScenario(_Section):
     fan_deg: float = Field(70.0, ge=0.0, le=180.0, description="the fan spans this to each side")
     range_m: float = Field(1.0, ge=0.01, le=30.0, description="longest range")
     noise_m: float = Field(0.02, ge=0.0, le=1.0, description="standard deviation of a range")
+    sensing: Literal["raster", "mesh"] = Field(
+        "raster", description="rays meet the world's raster, or in 3D the triangles of its mesh"
+    )
+    height_m: float = Field(
+        0.15, ge=0.0, le=5.0, description="of the sensor above the ground, for sensing = 'mesh'"
+    )
 
 
 class BatteryScenario(_Section):

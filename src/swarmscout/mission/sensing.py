@@ -1,4 +1,7 @@
-"""Phase 1 of a step: bodies sense, and minds get what was sensed."""
+"""Phase 1 of a step: bodies sense, and minds get what was sensed.
+
+Walls are those of the world's raster, or in 3D the triangles of its mesh.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,10 @@ from swarmscout.core.streams import stream
 from swarmscout.minds.minds import Minds
 from swarmscout.mission.scenario import Scenario
 from swarmscout.robots.bodies import TICKS, Bodies, to_ticks
+from swarmscout.robots.mesh_sensor import bucket_triangles, cast_rays_at_mesh
 from swarmscout.robots.range_sensor import RangeSensor, cast_rays, mark_clear
+from swarmscout.worlds.footing import stand
+from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.world import World
 
 __all__ = ["Senses"]
@@ -24,17 +30,33 @@ class Senses:
     Attributes:
         sensor: the fan of rays.
         ranges: float64[N, rays], what was measured last.
+
+    Args:
+        scenario: which sensor.
+        world: what it meets.
+        headings: float64[3600, 2], (cos, sin).
+        mesh: the cave's surface, for exact sensing.
     """
 
-    def __init__(self, scenario: Scenario, world: World, headings: NDArray[np.float64]) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        world: World,
+        headings: NDArray[np.float64],
+        mesh: Mesh | None = None,
+    ) -> None:
         sensor, body = scenario.sensor, scenario.body
         self.sensor = RangeSensor(sensor.rays, sensor.fan_deg, sensor.range_m)
         self.ranges = np.full((scenario.robots, sensor.rays), np.inf)
         self._headings = headings
         self._world = world
-        self._raster = mark_clear(world.free, world.resolution_m, sensor.range_m)
+        self._triangles = None if mesh is None else bucket_triangles(mesh)
+        if mesh is None:
+            self._raster = mark_clear(world.free, world.resolution_m, sensor.range_m)
         self._seed = scenario.seed
         self._noise_m = sensor.noise_m
+        self._height_m = sensor.height_m
+        self._radius_m = body.radius_m
         self._position_noise_m = body.position_noise_m
         self._heading_noise_ticks = to_ticks(body.heading_noise_deg)
         self._block = -1
@@ -55,13 +77,25 @@ class Senses:
         if self._heading_noise_ticks > 0:
             noisy = minds.reading[:, 2] + np.rint(self._pose_noise[step % BLOCK_STEPS, :, 2])
             minds.reading[:, 2] = noisy % TICKS
-        cast_rays(
-            self._raster, *self._world.origin_m, self._world.resolution_m,
-            bodies.position, bodies.heading, bodies.alive,
-            self.sensor.offsets, self._headings, self.sensor.range_m,
-            self._noise[step % BLOCK_STEPS], self.ranges,
-        )  # fmt: skip
+        self._cast(bodies, self._noise[step % BLOCK_STEPS])
         return self.ranges
+
+    def _cast(self, bodies: Bodies, noise: NDArray[np.float64]) -> None:
+        sensor, world, triangles = self.sensor, self._world, self._triangles
+        if triangles is None:
+            cast_rays(
+                self._raster, *world.origin_m, world.resolution_m,
+                bodies.position, bodies.heading, bodies.alive,
+                sensor.offsets, self._headings, sensor.range_m, noise, self.ranges,
+            )  # fmt: skip
+            return
+        cast_rays_at_mesh(
+            triangles.mesh.vertices_m, triangles.mesh.triangles, *triangles.origin_m,
+            triangles.edge_m, *triangles.shape, triangles.first, triangles.inside,
+            bodies.position, stand(world, bodies.position, self._radius_m), self._height_m,
+            bodies.heading, bodies.alive,
+            sensor.offsets, self._headings, sensor.range_m, noise, self.ranges,
+        )  # fmt: skip
 
     def _draw(self, step: int) -> None:
         block = step // BLOCK_STEPS

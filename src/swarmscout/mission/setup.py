@@ -29,6 +29,7 @@ from swarmscout.robots.bodies import TICKS, Bodies, place_bodies, to_ticks
 from swarmscout.teams.desired_size import DesiredSizes
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.teams.registry import POLICIES
+from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.placing import place_robots
 from swarmscout.worlds.world import World
 
@@ -42,6 +43,7 @@ __all__ = [
     "make_desired_sizes",
     "make_destinations",
     "make_frame",
+    "make_mesh",
     "make_model",
     "make_planner",
     "return_reserve",
@@ -125,6 +127,22 @@ def make_bodies(world: World, scenario: Scenario) -> Bodies:
     # A mission's first step spends one step's charge: nobody starts with less.
     charge = np.maximum(share * battery.capacity_steps, min(2.0, battery.capacity_steps))
     return place_bodies(position, heading, charge)
+
+
+def make_mesh(world: World, scenario: Scenario) -> Mesh | None:
+    """The cave's surface that rays meet; None for sensing against the raster.
+
+    Raises:
+        ScenarioError: the world has no mesh.
+    """
+    if scenario.sensor.sensing != "mesh":
+        return None
+    if world.mesh is None:
+        raise ScenarioError(
+            f"key 'sensor.sensing' = 'mesh': world '{world.name}' has no mesh: import one with "
+            "`swarmscout worlds import CAVE.ply`, or generate a tube with --mesh FILE"
+        )
+    return world.mesh
 
 
 def make_planner(

@@ -46,6 +46,8 @@ def keep_world(
         "start_m": plain(world.start_m),
         "stations_m": plain(world.stations_m),
     }
+    if scenario.sensor.sensing == "raster":
+        world = dataclasses.replace(world, mesh=None)  # Often many megabytes, which nothing read.
     if not whole and _is_named_by(scenario, world):
         return scenario, {"kept_as": "recipe", **facts}
     try:
@@ -92,7 +94,7 @@ def give_world_back(folder: Path, facts: Mapping[str, Any]) -> World:
 
 def _is_named_by(scenario: Scenario, world: World) -> bool:
     """Whether the scenario's ``world`` and ``world_seed`` give this world again."""
-    if scenario.world not in NAMED_TUBES or world.stations_m is not None:
+    if scenario.world not in NAMED_TUBES or world.stations_m is not None or world.mesh is not None:
         return False
     parameters = NAMED_TUBES[scenario.world][1]
     if scenario.world_seed is not None:

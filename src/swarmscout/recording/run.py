@@ -24,6 +24,7 @@ from swarmscout.recording.kept_world import give_world_back
 from swarmscout.recording.parts import read_table
 from swarmscout.recording.run_folder import as_path
 from swarmscout.recording.tables import FORMAT, LEVELS, empty_table
+from swarmscout.worlds.footing import pitch_and_roll, stand
 
 if TYPE_CHECKING:
     import polars as pl
@@ -125,6 +126,25 @@ class Run:
     def steps(self) -> pl.DataFrame:
         """A row per robot and step, from step 0: pose, charge, mode, action, team, destination."""
         return self.table("steps")
+
+    @cached_property
+    def poses(self) -> pl.DataFrame:
+        """A row per robot and step: where it stands in 3D, on the ground of the run's world.
+
+        Columns ``step, robot, x_m, y_m, z_m, heading_rad, pitch_rad, roll_rad``; angles are those
+        of REP 103 (positive pitch is nose down, positive roll is left side up).
+
+        Raises:
+            RunError: steps were not recorded, or the world cannot be had back.
+        """
+        steps = self.steps.select("step", "robot", "x_m", "y_m", "heading_rad")
+        heading = steps["heading_rad"].to_numpy()
+        places = steps.select("x_m", "y_m").to_numpy()
+        footing = stand(self.world(), places, self.scenario.body.radius_m)
+        pitch, roll = pitch_and_roll(footing, heading)
+        names = ("z_m", "heading_rad", "pitch_rad", "roll_rad")
+        columns = zip(names, (footing[:, 0], heading, pitch, roll), strict=True)
+        return steps.drop("heading_rad").with_columns(**dict(columns))
 
     @property
     def coverage(self) -> pl.DataFrame:
