@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmscout.robots.bodies import heading_table, to_ticks
-from swarmscout.robots.mesh_sensor import bucket_triangles, cast_rays_at_mesh
+from swarmscout.robots.mesh_sensor import bucket_triangles, scan_mesh
 from swarmscout.robots.range_sensor import RangeSensor, cast_rays
 from swarmscout.worlds import Mesh, load_world, world_from_ascii
 from swarmscout.worlds.reach import standing_places
@@ -19,17 +19,22 @@ from swarmscout.worlds.reach import standing_places
 TABLE = heading_table()
 
 
-def scan(mesh, position, footing, heading, offsets, *, range_m=1.0, height_m=0.0, noise=None):
-    buckets = bucket_triangles(mesh)
+def fan(offsets, range_m):
+    sensor = RangeSensor(1, 0.0, range_m)
+    sensor.offsets = np.asarray(offsets, dtype=np.int64)
+    return sensor
+
+
+def scan(
+    mesh, position, footing, heading, offsets, *, range_m=1.0, height_m=0.0, noise=None, alive=True
+):
     position = np.atleast_2d(np.asarray(position, dtype=np.float64))
     robots = len(position)
     ranges = np.full((robots, len(offsets)), np.nan)
-    cast_rays_at_mesh(
-        mesh.vertices_m, mesh.triangles, *buckets.origin_m, buckets.edge_m, *buckets.shape,
-        buckets.first, buckets.inside, position, np.atleast_2d(np.asarray(footing, dtype=float)),
-        height_m, np.full(robots, heading, dtype=np.int64), np.ones(robots, dtype=np.bool_),
-        np.asarray(offsets, dtype=np.int64), TABLE, range_m,
-        np.zeros(ranges.shape) if noise is None else noise, ranges,
+    scan_mesh(
+        bucket_triangles(mesh), position, np.atleast_2d(np.asarray(footing, dtype=float)), height_m,
+        np.full(robots, heading, dtype=np.int64), np.full(robots, alive), fan(offsets, range_m),
+        TABLE, np.zeros(ranges.shape) if noise is None else noise, ranges,
     )  # fmt: skip
     return ranges
 
@@ -140,12 +145,5 @@ def test_the_dead_see_nothing_and_a_mesh_of_nothing_is_never_met():
     world = world_from_ascii("###\n#S#\n###")
     mesh = extruded(world)
     assert np.isfinite(scan(mesh, (0.75, 0.75), (0, 0, 0), 0, [0], height_m=0.1)).all()
-    buckets = bucket_triangles(mesh)
-    ranges = np.zeros((1, 1))
-    cast_rays_at_mesh(
-        mesh.vertices_m, mesh.triangles, *buckets.origin_m, buckets.edge_m, *buckets.shape,
-        buckets.first, buckets.inside, np.full((1, 2), 0.75), np.zeros((1, 3)), 0.1,
-        np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.bool_), np.zeros(1, dtype=np.int64),
-        TABLE, 1.0, np.zeros((1, 1)), ranges,
-    )  # fmt: skip
-    assert ranges[0, 0] == math.inf
+    dead = scan(mesh, (0.75, 0.75), (0, 0, 0), 0, [0], height_m=0.1, alive=False)
+    assert dead[0, 0] == math.inf

@@ -12,7 +12,7 @@ from swarmscout.core.streams import stream
 from swarmscout.minds.minds import Minds
 from swarmscout.mission.scenario import Scenario
 from swarmscout.robots.bodies import TICKS, Bodies, to_ticks
-from swarmscout.robots.mesh_sensor import bucket_triangles, cast_rays_at_mesh
+from swarmscout.robots.mesh_sensor import bucket_triangles, scan_mesh
 from swarmscout.robots.range_sensor import RangeSensor, cast_rays, mark_clear
 from swarmscout.worlds.footing import stand
 from swarmscout.worlds.meshes.mesh import Mesh
@@ -89,12 +89,10 @@ class Senses:
                 sensor.offsets, self._headings, sensor.range_m, noise, self.ranges,
             )  # fmt: skip
             return
-        cast_rays_at_mesh(
-            triangles.mesh.vertices_m, triangles.mesh.triangles, *triangles.origin_m,
-            triangles.edge_m, *triangles.shape, triangles.first, triangles.inside,
-            bodies.position, stand(world, bodies.position, self._radius_m), self._height_m,
-            bodies.heading, bodies.alive,
-            sensor.offsets, self._headings, sensor.range_m, noise, self.ranges,
+        footing = stand(world, bodies.position, self._radius_m)
+        scan_mesh(
+            triangles, bodies.position, footing, self._height_m, bodies.heading, bodies.alive,
+            sensor, self._headings, noise, self.ranges,
         )  # fmt: skip
 
     def _draw(self, step: int) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from swarmscout.core.errors import WorldError
 from swarmscout.core.streams import stream
 from swarmscout.robots.bodies import TICKS, heading_table
-from swarmscout.robots.mesh_sensor import bucket_triangles, cast_rays_at_mesh
+from swarmscout.robots.mesh_sensor import bucket_triangles, scan_mesh
 from swarmscout.robots.range_sensor import RangeSensor, cast_rays
 from swarmscout.worlds.footing import stand
 from swarmscout.worlds.reach import standing_places
@@ -68,16 +68,14 @@ def sensing_agreement(
     sensor, table = RangeSensor(rays, fan_deg, range_m), heading_table()
     alive, noise = np.ones(scans, dtype=np.bool_), np.zeros((scans, rays))
     on_raster, on_mesh = np.zeros((scans, rays)), np.zeros((scans, rays))
-    triangles = bucket_triangles(world.mesh)
     cast_rays(
         world.free, *world.origin_m, world.resolution_m, position, heading, alive,
         sensor.offsets, table, range_m, noise, on_raster,
     )  # fmt: skip
-    cast_rays_at_mesh(
-        world.mesh.vertices_m, world.mesh.triangles, *triangles.origin_m, triangles.edge_m,
-        *triangles.shape, triangles.first, triangles.inside,
-        position, stand(world, position, radius_m), height_m, heading, alive,
-        sensor.offsets, table, range_m, noise, on_mesh,
+    footing = stand(world, position, radius_m)
+    scan_mesh(
+        bucket_triangles(world.mesh), position, footing, height_m, heading, alive,
+        sensor, table, noise, on_mesh,
     )  # fmt: skip
     met, touched = np.isfinite(on_raster), np.isfinite(on_mesh)
     both = met & touched
