@@ -100,6 +100,35 @@ def test_tables_set_several_keys_at_once(make_study):
     assert (near.steps, far.steps) == (300, 10)
 
 
+def test_parameters_of_rules_are_axes_too(make_study):
+    text = """
+        name = "parameters"
+        question = "?"
+        trials = 2
+        compare = { axis = "policy.per", baseline = 2 }
+
+        [scenario]
+        destinations = "multi-criteria"
+        selector.ahead = 0.5
+        teams.policy = "by-crowd"
+
+        [axes]
+        policy.per = [2, 3]
+        selector.apart = [1.0, 2.0]
+        """
+    study = make_study(text)
+    found = [(s.policy, s.selector) for s in map(study.scenario, study.missions)]
+    expected = [
+        ({"per": per}, {"ahead": 0.5, "apart": apart})
+        for per in (2, 3)
+        for apart in (1.0, 2.0)
+        for _ in range(2)
+    ]
+    assert sorted(map(str, found)) == sorted(map(str, expected))
+    with pytest.raises(StudyError, match=r"policy\.pre = 2.*'pre'.*per"):
+        make_study(text.replace("policy.per", "policy.pre")).claim()
+
+
 def test_names_say_what_is_run_and_by_which_rules(make_study, monkeypatch):
     first = [m.name for m in make_study().missions]
     assert re.fullmatch(r"lava-tube-small-quantile-n4-s0-[0-9a-f]{12}", first[0])

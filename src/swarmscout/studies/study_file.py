@@ -35,6 +35,9 @@ __all__ = [
     "study_toml",
 ]
 
+_PARAMETERS = ("selector.", "policy.")
+"""Keys below these are the parameters of the selector, and of the policy of team sizes."""
+
 PLACE_KEYS = ("world", "world_seed", "seed")
 """Keys that say where and with which luck a mission runs: pairs agree in them."""
 
@@ -70,7 +73,7 @@ class StudyFile(BaseModel):
     def _dotted_axes(cls, data: Any) -> Any:
         """In TOML ``teams.desired_size = [1, 5]`` is a table in a table: one axis to us."""
         if isinstance(data, dict) and isinstance(data.get("axes"), dict):
-            data = {**data, "axes": _scenario_keys(data["axes"])}
+            data = {**data, "axes": dict(dotted(data["axes"]))}
         return data
 
 
@@ -216,6 +219,8 @@ def absolute(value: Any, folder: Path) -> Any:
 
 def _axis(name: str, values: list[Any]) -> Axis:
     known = {key for key, _, _ in scenario_keys()}
+    if name.startswith(_PARAMETERS):
+        known.add(name)  # Which parameters there are, the rule itself says.
     if not values:
         raise StudyError(f"axis '{name}' has no values")
     tables = [isinstance(value, dict) for value in values]
