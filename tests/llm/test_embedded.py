@@ -86,6 +86,9 @@ class TestWithTheModel:
         assert one.drop("latency_s").equals(two.drop("latency_s"))
         assert runs[0].steps.equals(runs[1].steps)
         assert runs[0].decisions.equals(runs[2].decisions)
+        # No blanks after the closing brace: a token is three or four characters of an answer.
+        for row in one.iter_rows(named=True):
+            assert row["tokens_out"] < 0.6 * len(runs[0].text(row["answer"])) + 6
 
     def test_prompts_of_the_papers_selector_are_made_to_fit(self) -> None:
         llm = {"max_calls": 2, "call_s": 120.0, "decision_s": 240.0}

@@ -152,11 +152,14 @@ class _Server:
             raise TryFailed("no connection", f"the embedded model did not start: {why}")
         endpoint = Endpoint("server", self._name, f"{address}/v1", "", self._key)
         temperature, structured = self._form
+        # The grammar of JSON lets a model go on with blanks after the closing brace: half of what
+        # it writes. Answers by schema have no empty line before their end.
+        stop = {} if structured == "off" else {"stop": ["\n\n"]}
         return OpenAIModel(
             endpoint,
             temperature=temperature,
             structured=structured,
-            extra={"cache_prompt": False, "seed": 0},
+            extra={"cache_prompt": False, "seed": 0, **stop},
         )
 
     def _address(self) -> str:
