@@ -84,10 +84,12 @@ def test_agreement_is_whole_where_walls_are_upright_and_partial_where_they_are_n
     assert whole.rays == 4500
     assert whole.hits > 0.999
     assert whole.alike > 0.999
+    assert whole.walls_alike > 0.99
     assert 0.1 < whole.raster_hits < 0.9
     lower = dataclasses.replace(hall, mesh=extruded(hall, wall_m=0.1))
     none = sensing_agreement(lower, scans=500)
     assert none.mesh_hits == 0.0
+    assert none.walls_alike == 0.0
     assert none.hits == pytest.approx(1.0 - none.raster_hits)
 
 

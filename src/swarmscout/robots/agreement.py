@@ -28,12 +28,15 @@ class Agreement:
         rays: how many were compared.
         hits: share of rays that met a wall on both sides or on neither.
         alike: share of rays that moreover measured the same within 0.1 m.
+        walls_alike: the same of those rays alone that met a wall on either side; most rays meet
+            none, and agree in that.
         raster_hits, mesh_hits: shares of rays that met a wall.
     """
 
     rays: int
     hits: float
     alike: float
+    walls_alike: float
     raster_hits: float
     mesh_hits: float
 
@@ -85,6 +88,7 @@ def sensing_agreement(
         rays=scans * rays,
         hits=float((met == touched).mean()),
         alike=float((near | (~met & ~touched)).mean()),
+        walls_alike=float(near[met | touched].mean()) if (met | touched).any() else 1.0,
         raster_hits=float(met.mean()),
         mesh_hits=float(touched.mean()),
     )
