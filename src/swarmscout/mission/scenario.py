@@ -80,7 +80,7 @@ class SensorScenario(_Section):
         "raster", description="rays meet the world's raster, or in 3D the triangles of its mesh"
     )
     height_m: float = Field(
-        0.15, ge=0.0, le=5.0, description="of the sensor above the ground, for sensing = 'mesh'"
+        0.2, ge=0.0, le=5.0, description="of the sensor above the ground, for sensing = 'mesh'"
     )
 
 

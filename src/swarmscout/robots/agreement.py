@@ -49,7 +49,7 @@ def sensing_agreement(
     rays: int = 9,
     fan_deg: float = 70.0,
     range_m: float = 1.0,
-    height_m: float = 0.15,
+    height_m: float = 0.2,
     radius_m: float = 0.15,
 ) -> Agreement:
     """Compare scans without noise, from random places that a robot can reach.
