@@ -103,6 +103,11 @@ def test_robots_stay_off_what_is_too_steep_for_them():
     assert easy.explored_m2 > 1.5 * hard.explored_m2
     assert hard.bodies.position[:, 0].max() < 3.2
     assert hard.world is world
+    steep = dataclasses.replace(
+        world, ground_m=world.ground_m + 2 * np.arange(60, dtype=np.float32)
+    )
+    with pytest.raises(WorldError, match=r"nothing is free.*'body\.slope_deg' = 45"):
+        run(steep)
 
 
 def test_a_run_keeps_the_mesh_that_its_rays_met_and_no_other(hall, tmp_path):

@@ -33,8 +33,6 @@ from swarmscout.robots.motion import Neighbourhood, carry_out
 from swarmscout.teams.formation import Tally, reorganize
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.catalogue import load_world
-from swarmscout.worlds.checks import check_world
-from swarmscout.worlds.footing import without_steep
 from swarmscout.worlds.placing import place_stations
 from swarmscout.worlds.world import World
 
@@ -106,9 +104,7 @@ class Mission:
         self.destinations.ask = self.asker
         self.sizes = setup.make_desired_sizes(scenario, base, policy)
         # What the world is for these bodies: they do not drive where it is too steep.
-        ground = without_steep(world, scenario.body.slope_deg, scenario.body.radius_m)
-        self._ground = ground
-        check_world(ground, scenario.robots)
+        self._ground = ground = setup.make_ground(world, scenario)
         self.stations_m = place_stations(ground, scenario.robots)
         self.frame = setup.make_frame(world, scenario)
         self.bodies = setup.make_bodies(ground, scenario)

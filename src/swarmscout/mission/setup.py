@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.errors import ScenarioError
+from swarmscout.core.errors import ScenarioError, WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.model import Model
 from swarmscout.core.rules import IN_MEMORY, rule_name
@@ -29,6 +29,8 @@ from swarmscout.robots.bodies import TICKS, Bodies, place_bodies, to_ticks
 from swarmscout.teams.desired_size import DesiredSizes
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.teams.registry import POLICIES
+from swarmscout.worlds.checks import check_world
+from swarmscout.worlds.footing import without_steep
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.placing import place_robots
 from swarmscout.worlds.world import World
@@ -43,6 +45,7 @@ __all__ = [
     "make_desired_sizes",
     "make_destinations",
     "make_frame",
+    "make_ground",
     "make_mesh",
     "make_model",
     "make_planner",
@@ -127,6 +130,23 @@ def make_bodies(world: World, scenario: Scenario) -> Bodies:
     # A mission's first step spends one step's charge: nobody starts with less.
     charge = np.maximum(share * battery.capacity_steps, min(2.0, battery.capacity_steps))
     return place_bodies(position, heading, charge)
+
+
+def make_ground(world: World, scenario: Scenario) -> World:
+    """The world without what is too steep for the scenario's bodies, checked.
+
+    Raises:
+        WorldError: a mission cannot start in it.
+    """
+    steepest = scenario.body.slope_deg
+    try:
+        ground = without_steep(world, steepest, scenario.body.radius_m)
+        check_world(ground, scenario.robots)
+    except WorldError as error:
+        check_world(world, scenario.robots)
+        why = f"without ground steeper than key 'body.slope_deg' = {steepest:g}"
+        raise WorldError(f"{error} ({why})") from None
+    return ground
 
 
 def make_mesh(world: World, scenario: Scenario) -> Mesh | None:
