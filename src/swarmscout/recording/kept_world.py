@@ -75,9 +75,7 @@ def give_world_back(folder: Path, facts: Mapping[str, Any]) -> World:
         if kept["kept_as"] == "folder":
             return load_folder(folder / _FOLDER)
         source = kept["source"]
-        fields = {field.name for field in dataclasses.fields(TubeParameters)}
-        recipe = {name: value for name, value in source.items() if name in fields}
-        world = generate_tube(TubeParameters(**recipe), kept["name"])
+        world = generate_tube(TubeParameters.of(source), kept["name"])
         same = world.digest == source["digest"]
         world = with_places(world, kept["start_m"], kept["stations_m"])
     except WorldError as error:

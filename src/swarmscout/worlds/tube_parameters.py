@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from swarmscout.core.errors import WorldError, did_you_mean
 
@@ -105,3 +106,13 @@ class TubeParameters:
                 f"width_m = {self.width_m:g}: expected narrowest_m = {self.narrowest_m:g} to "
                 f"widest_m = {self.widest_m:g}"
             )
+
+    @classmethod
+    def of(cls, source: Mapping[str, Any]) -> TubeParameters:
+        """The parameters of a generated world, out of what it says of its source.
+
+        Raises:
+            WorldError: a value is out of its range.
+        """
+        names = [field.name for field in dataclasses.fields(cls)]
+        return cls(**{name: source[name] for name in names if name in source})
