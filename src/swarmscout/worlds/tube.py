@@ -24,6 +24,7 @@ from swarmscout.worlds.tube_plan import plan_tube
 from swarmscout.worlds.world import World
 
 __all__ = [
+    "LOWEST_M",
     "ROOF_SWELLS",
     "RULES",
     "STEEP_M",
@@ -32,7 +33,6 @@ __all__ = [
     "generate_tube",
     "roof_height_m",
     "tube_fields",
-    "world_of",
 ]
 
 RULES = 1
@@ -93,11 +93,7 @@ def generate_tube(parameters: TubeParameters, name: str = "tube") -> World:
         A world with ground and ceiling, whose start is the mouth and whose lower left corner is
         (0, 0). All that is free is connected.
     """
-    return world_of(tube_fields(parameters), parameters, name)
-
-
-def world_of(fields: TubeFields, parameters: TubeParameters, name: str) -> World:
-    """The world of a tube's fields; the arguments are those of :func:`generate_tube`."""
+    fields = tube_fields(parameters)
     for raster in (fields.free, fields.ground_m, fields.ceiling_m):
         raster.setflags(write=False)
     world = World(

@@ -36,7 +36,8 @@ def decimated(surface: Triangles) -> Triangles:
         surface: vertices and triangles, each edge with two triangles, or one on an open border.
 
     Returns:
-        The same with fewer vertices and triangles; the surface itself where nothing helped.
+        The same with fewer vertices and triangles; the surface itself where nothing helped. Round
+        each vertex triangles form one fan.
     """
     vertices, triangles = surface
     spared = np.zeros(len(triangles), dtype=np.bool_)
@@ -47,10 +48,10 @@ def decimated(surface: Triangles) -> Triangles:
         whole = _welded(fewer, (vertices, triangles[spared]))
         pinched = _pinched(whole)
         if not len(pinched) and len(_border(whole[1])) == borders:
-            return whole
+            return _one_fan_a_vertex(whole)
         for place in pinched:
             spared |= ((middles - place) ** 2).sum(axis=1) < _SPARED_M**2
-    return surface
+    return _one_fan_a_vertex(surface)
 
 
 def _collapsed(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Triangles:
@@ -88,10 +89,35 @@ def _edges(triangles: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.
 
 def _border(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
     edges, counts = _edges(triangles)
-    return edges[counts == 1]
+    return np.asarray(edges[counts == 1], dtype=np.int64)
 
 
 def _pinched(surface: Triangles) -> NDArray[np.float64]:
     """Places [n, 3] of edges with more than two triangles."""
     edges, counts = _edges(surface[1])
-    return surface[0][edges[counts > 2, 0]]
+    return np.asarray(surface[0][edges[counts > 2, 0]], dtype=np.float64)
+
+
+def _one_fan_a_vertex(surface: Triangles) -> Triangles:
+    """Take vertices apart where two fans of triangles touch in nothing but a point."""
+    from scipy import sparse  # It takes a while to load.
+
+    vertices, triangles = surface
+    if not len(triangles):
+        return surface
+    # A corner is a triangle's share of a vertex; triangles with a common edge share its two ends.
+    starts, ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    corners = np.arange(len(starts)).reshape(-1, 3)
+    after = np.roll(corners, -1, axis=1).ravel()
+    names = np.minimum(starts, ends) * len(vertices) + np.maximum(starts, ends)
+    order = np.argsort(names, kind="stable")
+    twins = np.flatnonzero(names[order[1:]] == names[order[:-1]])
+    one, other = order[twins], order[twins + 1]
+    links = np.concatenate((one, after[one])), np.concatenate((after[other], other))
+    graph = sparse.coo_matrix(
+        (np.ones(len(links[0]), dtype=np.int8), links), shape=(len(starts), len(starts))
+    )
+    count, fans = sparse.csgraph.connected_components(graph, directed=False)
+    owners = np.empty(count, dtype=np.int64)
+    owners[fans] = starts
+    return vertices[owners], fans.reshape(-1, 3).astype(np.int64)

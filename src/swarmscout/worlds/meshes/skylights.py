@@ -48,9 +48,7 @@ class Skylight:
         return 1.4 * self.radius_m + _FUNNEL * self.top_m
 
 
-def place_skylights(
-    fields: TubeFields, parameters: TubeParameters, count: int
-) -> list[Skylight]:
+def place_skylights(fields: TubeFields, parameters: TubeParameters, count: int) -> list[Skylight]:
     """Choose where the roof has fallen in: over passages, some metres apart.
 
     Args:
@@ -112,4 +110,7 @@ def shaft(
     lobes += 0.1 * np.sin(3.0 * angle + skylight.lobes[1])
     inside = skylight.radius_m * (1.0 + lobes) - np.sqrt(across**2 + up**2)
     widening = _FUNNEL * np.maximum(level_m - skylight.from_m, 0.0)
-    return np.minimum(inside[:, :, None] + widening, level_m - skylight.from_m)
+    depth: NDArray[np.float64] = np.minimum(
+        inside[:, :, None] + widening, level_m - skylight.from_m
+    )
+    return depth

@@ -11,13 +11,16 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
+
+from swarmscout.core.errors import WorldError
 
 __all__ = ["Field", "Triangles", "largest_part", "surface_of"]
 
 _TILE = 64
 """Points across a tile: a few megabytes of memory whatever the size of the cave."""
 _TOLERANCE = 1e-4
+_MOST_VERTICES = 2_500_000
+"""More would take gigabytes, and no viewer shows it."""
 
 Triangles = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices float64[V, 3] and triangles int64[T, 3]."""
@@ -48,6 +51,9 @@ def surface_of(field: Field, on_progress: Callable[[int, int], None] | None = No
 
     Returns:
         Vertices in metres, none of them twice, and triangles.
+
+    Raises:
+        WorldError: there would be more triangles than anybody can use.
     """
     from skimage.measure import marching_cubes
 
@@ -69,21 +75,28 @@ def surface_of(field: Field, on_progress: Callable[[int, int], None] | None = No
         vertices, triangles, _, _ = marching_cubes(
             values, 0.0, gradient_direction="ascent", allow_degenerate=True
         )
-        places.append(vertices.astype(np.float64) + (tile[0].start, tile[1].start, 0))
+        places.append(vertices + np.array([tile[0].start, tile[1].start, 0], dtype=np.float64))
         faces.append(triangles.astype(np.int64) + count)
         count += len(vertices)
+        if count > _MOST_VERTICES:
+            raise WorldError(
+                f"the mesh would have more than {_MOST_VERTICES:,} vertices: take a larger "
+                "resolution for it, or a smaller tube"
+            )
     at, triangles = _joined(np.concatenate(places), np.concatenate(faces), field)
     return field.vertices_m(at), triangles
 
 
 def largest_part(surface: Triangles) -> Triangles:
     """The largest of the parts that hang together: closed bubbles in the rock are left out."""
+    from scipy import sparse  # It takes a while to load.
+
     vertices, triangles = surface
     if not len(triangles):
         return surface
     ends = np.concatenate((triangles[:, :2], triangles[:, 1:]))
     size = len(vertices)
-    graph = sparse.coo_matrix((np.ones(len(ends), dtype=np.bool_), ends.T), shape=(size, size))
+    graph = sparse.coo_matrix((np.ones(len(ends), dtype=np.int8), ends.T), shape=(size, size))
     _, labels = sparse.csgraph.connected_components(graph, directed=False)
     sizes = np.bincount(labels[triangles[:, 0]])
     kept = labels == int(np.argmax(sizes))

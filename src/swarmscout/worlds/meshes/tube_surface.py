@@ -1,9 +1,9 @@
 """The lava tube as a field in space: positive in the open, negative in rock.
 
 The field is made of the same depth, floor and rubble as the tube's rasters, so that both agree by
-construction: the floor is the ground, the roof the ceiling, and at a sensor's height the wall stands
-where the depth changes its sign. Above that height walls bulge into the rock and bend over into the
-roof, with ledges such as flowing lava leaves.
+construction: the floor is the ground, the roof the ceiling, and at a sensor's height the wall
+stands where the depth changes its sign. Above that height walls bulge into the rock and bend over
+into the roof, with ledges such as flowing lava leaves.
 
 Heights count from the ground below (the field's *base*). A floor that rises and falls is level in
 these coordinates, so that a coarse grid meets it exactly.
@@ -36,7 +36,7 @@ _WALLS = 9
 _SENSOR_CLEAR_M = 0.22
 """Up to this height above the ground walls stand upright, as the raster has them."""
 _BULGE_M = 0.45
-_FILLET_M = 0.22
+_FILLET_M = 0.14
 """How softly walls run out into the floor."""
 _LEDGE_M, _LEDGE_EVERY_M = 0.055, 0.8
 _MOUND_M = 0.25
@@ -111,9 +111,9 @@ class TubeSurface:
         self._ledges = noise[1], noise[2]
         self._skylights = skylights
         tallest = max(float(self._roof.max()), self._bulge_top * float(self._swell.max()))
-        half, top = step_m / 2.0, tallest + 2.0 * step_m
-        near = np.arange(-1.0, 5.0) * half
-        near = near[near != 0.0]  # The floor lies half way between two levels.
+        top = tallest + 2.0 * step_m
+        # The floor lies half way between two levels, close together: sharp where it meets a wall.
+        near = np.array([-0.25, 0.25, 0.5, 1.0, 1.5, 2.0]) * step_m
         above = np.arange(3.0, max(top / step_m, 3.0) + 1.0) * step_m
         self.levels_m = np.concatenate((near, above))
         if skylights:
@@ -186,7 +186,7 @@ class TubeSurface:
         return x, y
 
     def vertices_m(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Places (x, y, z) [n, 3] in metres of points at (row, column, level) [n, 3] of the grid."""
+        """Places (x, y, z) [n, 3] in metres of points at (row, column, level) [n, 3]."""
         cells = at[:, :2].T * self._ratio
         base = ndimage.map_coordinates(self.base_m, cells, order=1, mode="nearest")
         above = np.interp(at[:, 2], np.arange(len(self.levels_m)), self.levels_m)
