@@ -95,10 +95,10 @@ def _from_inside(world: World, width: int) -> _Camera:
     for angle in np.arange(0.0, 2.0 * math.pi, 0.05):
         at = np.column_stack((x + walked * math.cos(angle), y + walked * math.sin(angle)))
         cells = np.floor((at - world.origin_m) / world.resolution_m).astype(int)
-        inside = ((cells >= 0) & (cells < world.free.shape[::-1])).all(axis=1)
-        cells = np.where(inside[:, None], cells, 0)
-        blocked = np.asarray(~inside | (world.free[cells[:, 1], cells[:, 0]] == 0))
-        free = int(blocked.argmax()) if blocked.any() else len(walked)
+        inside = np.all((cells >= 0) & (cells < world.free.shape[::-1]), axis=1)
+        cells = np.where(np.reshape(inside, (-1, 1)), cells, 0)
+        blocked = ~inside | (world.free[cells[:, 1], cells[:, 0]] == 0)
+        free = int(np.argmax(blocked)) if np.any(blocked) else len(walked)
         if free > best:
             best, heading = free, float(angle)
     col, row = (

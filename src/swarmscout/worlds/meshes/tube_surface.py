@@ -111,7 +111,8 @@ class TubeSurface:
         self._ledges = noise[1], noise[2]
         self._skylights = skylights
         tallest = max(float(self._roof.max()), self._bulge_top * float(self._swell.max()))
-        top = tallest + 2.0 * step_m
+        self._spare_m = 2.0 * step_m + 4.0 * _LEDGE_M
+        top = tallest + self._spare_m
         # The floor lies half way between two levels, close together: sharp where it meets a wall.
         near = np.array([-0.25, 0.25, 0.5, 1.0, 1.5, 2.0]) * step_m
         above = np.arange(3.0, max(top / step_m, 3.0) + 1.0) * step_m
@@ -123,7 +124,7 @@ class TubeSurface:
 
     def is_solid(self, rows: slice, columns: slice) -> bool:
         """Whether there is nothing but rock round these columns of points."""
-        return float(self._depth[rows, columns].max()) < -(_BULGE_M + 0.2)
+        return float(self._depth[rows, columns].max()) < -(_BULGE_M + 4.0 * _LEDGE_M)
 
     def values(self, rows: slice, columns: slice) -> Floats:
         """The field, about the distance from the surface in metres, near it.
@@ -137,7 +138,7 @@ class TubeSurface:
         """
         window = (rows, columns)
         near = [s for s in self._skylights if self._meets(s, rows, columns)]
-        tallest = max(float(self._roof[window].max()), self._bulge_top * 1.3) + 2.0 * self.step_m
+        tallest = max(float(self._roof[window].max()), self._bulge_top * 1.3) + self._spare_m
         count = len(self.levels_m) if near else int(np.searchsorted(self.levels_m, tallest)) + 1
         level = self.levels_m[:count].astype(np.float32)
         depth, mound, swell, roof, bulge, ledge, other_ledge = (
@@ -163,7 +164,7 @@ class TubeSurface:
             (sideways > 0.0) & (overhead > 0.0), distance, np.minimum(sideways, overhead)
         )
         both = np.where((sideways < 0.0) & (overhead < 0.0), -distance, both)
-        blend = np.clip((up - self._bulge_top) / 0.4, 0.0, 1.0)
+        blend = np.clip((up - self._bulge_top) / min(0.4, 0.25 * arch), 0.0, 1.0)
         value = sideways + (both - sideways) * blend
         turn = 2.0 * math.pi / _LEDGE_EVERY_M * level
         strong = np.clip((level - _SENSOR_CLEAR_M) / 0.3, 0.0, 1.0)
