@@ -6,6 +6,8 @@ fast-simplification has it.
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +26,8 @@ rounding; in a mesh so much smaller that is this bound.
 """
 _SPARED_M = 0.5
 _TRIES = 6
+_ONE_AT_A_TIME = threading.Lock()
+"""The library keeps the mesh that it works on in one place for all threads."""
 
 
 def decimated(surface: Triangles) -> Triangles:
@@ -58,12 +62,13 @@ def _collapsed(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> T
     import fast_simplification
 
     used, numbers = np.unique(triangles, return_inverse=True)
-    places, faces = fast_simplification.simplify(
-        vertices[used] * _SHRINK,
-        numbers.reshape(-1, 3).astype(np.int32),
-        lossless=True,
-        preserve_border=True,
-    )
+    with _ONE_AT_A_TIME:
+        places, faces = fast_simplification.simplify(
+            vertices[used] * _SHRINK,
+            numbers.reshape(-1, 3).astype(np.int32),
+            lossless=True,
+            preserve_border=True,
+        )
     return np.asarray(places, dtype=np.float64) / _SHRINK, np.asarray(faces, dtype=np.int64)
 
 
