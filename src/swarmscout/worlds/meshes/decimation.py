@@ -15,11 +15,11 @@ from swarmscout.worlds.meshes.surfacing import Triangles
 
 __all__ = ["TOLERANCE_M", "decimated"]
 
-_SHRINK = 2.0**-20
+_SHRINK = 2.0**-21
 """A power of two: it changes no digit of a number."""
 _LEAST_ERROR = np.finfo(np.float64).eps
 TOLERANCE_M = float(np.sqrt(_LEAST_ERROR)) / _SHRINK
-"""0.0156 m: no vertex moves farther from the planes of the triangles that it stands for.
+"""0.031 m: no vertex moves farther from the planes of the triangles that it stands for.
 
 The library's lossless mode collapses an edge if the squares of these distances add up to less than
 rounding; in a mesh so much smaller that is this bound.
