@@ -100,6 +100,7 @@ class TubeSurface:
         self._swell = 1.0 + ROOF_SWELLS * hills
         roof = roof_height_m(self._depth, hills, parameters) - self._mound
         self._roof = np.where(self._depth > 0.0, np.maximum(roof, LOWEST_M), 0.0)
+        self._flatness = self._flat_roof()
         self._bulge_top = WALL_HEIGHT_M + 0.3 * (parameters.height_m - WALL_HEIGHT_M)
         rng = stream(parameters.seed, "world", _WALLS)
         place = (columns * resolution, rows * resolution)
@@ -141,10 +142,11 @@ class TubeSurface:
         tallest = max(float(self._roof[window].max()), self._bulge_top * 1.3) + self._spare_m
         count = len(self.levels_m) if near else int(np.searchsorted(self.levels_m, tallest)) + 1
         level = self.levels_m[:count].astype(np.float32)
-        depth, mound, swell, roof, bulge, ledge, other_ledge = (
+        depth, mound, swell, roof, flat, bulge, ledge, other_ledge = (
             field[window].astype(np.float32)[:, :, None]
             for field in (
-                self._depth, self._mound, self._swell, self._roof, self._bulge, *self._ledges,
+                self._depth, self._mound, self._swell, self._roof, self._flatness, self._bulge,
+                *self._ledges,
             )
         )  # fmt: skip
         up = (level + mound) / swell
@@ -163,7 +165,9 @@ class TubeSurface:
         both = np.where(
             (sideways > 0.0) & (overhead > 0.0), distance, np.minimum(sideways, overhead)
         )
-        both = np.where((sideways < 0.0) & (overhead < 0.0), -distance, both)
+        # In the rock above a flat roof the wall may be near by in this measure, but is not.
+        above = np.minimum(-distance, overhead * flat)
+        both = np.where((sideways < 0.0) & (overhead < 0.0), above, both)
         blend = np.clip((up - self._bulge_top) / min(0.4, 0.25 * arch), 0.0, 1.0)
         value = sideways + (both - sideways) * blend
         turn = 2.0 * math.pi / _LEDGE_EVERY_M * level
@@ -214,6 +218,14 @@ class TubeSurface:
             raster, (rows, columns), order=1, mode="nearest"
         )
         return sampled
+
+    def _flat_roof(self) -> NDArray[np.float64]:
+        """0 … 1, the cosine of the roof's slope over each point; 1 where it is level."""
+        half = 0.5 * self._parameters.width_m
+        inside = np.clip(self._depth / half, 0.0, 1.0)
+        steep = (self._parameters.height_m - WALL_HEIGHT_M) / half * (1.0 - inside)
+        steep /= np.sqrt(inside * (2.0 - inside) + 1e-6)
+        return np.asarray(1.0 / np.sqrt(1.0 + steep * steep), dtype=np.float64)
 
     def _thick_rock(self) -> NDArray[np.float64]:
         """0 … 1: walls bulge where there is rock behind them, and pillars stay whole."""
