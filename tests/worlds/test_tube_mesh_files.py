@@ -102,9 +102,9 @@ def test_generate_with_a_mesh(command, tmp_path):
     file = trimesh.load_mesh(tmp_path / "cave.ply", process=False)
     np.testing.assert_array_equal(file.faces, world.mesh.triangles)
     np.testing.assert_array_equal(file.vertices.astype(np.float32), world.mesh.vertices_m)
-    picture = Image.open(tmp_path / "mine" / "mesh.png")
+    picture = Image.open(tmp_path / "mine" / "mesh.png").convert("RGB")
     colours = np.asarray(picture).reshape(-1, 3)
-    assert len(np.unique(colours[::7], axis=0)) > 200
+    assert len(np.unique(colours[::7], axis=0)) > 60
 
 
 def test_the_world_beside_a_mesh_is_the_world_without_one(command, tmp_path):

@@ -29,6 +29,8 @@ _AT_ONCE = 2_000_000
 _SKY = np.array([0.80, 0.88, 0.97])
 _PAPER = np.array([1.0, 1.0, 1.0])
 _ROCK = np.array([0.60, 0.50, 0.42])
+_COLOURS = 128
+_SLIVER_M = 0.03
 _SHARP = 0.8
 """An edge whose sides differ by more than this cosine is drawn as an edge."""
 
@@ -46,7 +48,7 @@ class _Camera:
     perspective: bool
 
 
-def mesh_picture(world: World, path: Path | str, *, width: int = 1000) -> Path:
+def mesh_picture(world: World, path: Path | str, *, width: int = 900) -> Path:
     """Draw a world's mesh from outside, and below that from inside.
 
     Args:
@@ -69,8 +71,10 @@ def mesh_picture(world: World, path: Path | str, *, width: int = 1000) -> Path:
     outside = _drawn(mesh, _from_outside(mesh, width), (round(0.62 * width), width), _PAPER)
     inside = _drawn(mesh, _from_inside(world, width), (round(0.5 * width), width), _SKY)
     picture = Image.fromarray(np.concatenate((outside, inside)))
+    # All is of one colour, lit: a palette holds it, and the file is a third as large.
+    picture = picture.quantize(_COLOURS, dither=Image.Dither.NONE)
     try:
-        picture.save(path)
+        picture.save(path, optimize=True)
     except (OSError, ValueError) as error:
         raise ViewError(f"cannot write '{path}': {error}") from None
     return Path(path)
@@ -132,7 +136,8 @@ def _drawn(
     flat, smooth = _normals(vertices, mesh.triangles)
     own = flat[seen[hit]][:, None, :]
     bent = smooth[triangles]
-    bent = np.where((bent * own).sum(axis=2, keepdims=True) > _SHARP, bent, own)
+    keeps = (bent * own).sum(axis=2, keepdims=True) > _SHARP
+    bent = np.where(keeps | _is_sliver(corners)[:, None, None], bent, own)
     normal = _unit((bent * weight).sum(axis=1))
     if camera.perspective:
         away = camera.eye_m + 0.35 * camera.axes[1] - place
@@ -162,6 +167,14 @@ def _normals(vertices: Floats, triangles: NDArray[np.int32]) -> tuple[Floats, Fl
                 triangles[:, corner], weights=area[:, axis], minlength=len(vertices)
             )
     return _unit(area), _unit(smooth)
+
+
+def _is_sliver(corners: Floats) -> NDArray[np.bool_]:
+    """Triangles [n, 3, 3] too thin to have a normal of their own that means anything."""
+    sides = np.roll(corners, -1, axis=1) - corners
+    longest = np.sqrt((sides * sides).sum(axis=2)).max(axis=1)
+    area = np.cross(sides[:, 0], sides[:, 1])
+    return np.asarray(np.sqrt((area * area).sum(axis=1)) < _SLIVER_M * longest, dtype=np.bool_)
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -32,6 +32,7 @@ _SUNK_M = 0.3
 _INTO_ROCK_M = 0.45
 """Blocks reach so far into the walls, in metres: they lean on them."""
 _EDGE_M = 0.16
+_SLANT_M = 0.15
 _TRIES_PER_M2 = 40
 
 Points = NDArray[np.float64]
@@ -250,7 +251,7 @@ def _block(
     # The crown stays over the footprint, so that nothing hangs over free ground.
     over = _contains(outline, crown, 0.0)[:, None]
     crown = np.where(over, crown, middle + 0.5 * (outline - middle))
-    tops = np.maximum(top + (crown - middle) @ slant, least + 0.02)
+    tops = np.clip(top + (crown - middle) @ slant, least + 0.02, top + _SLANT_M)
     free_play = max(0.6 * (top - least), 0.05)
     shoulders = np.minimum(ground + _UPRIGHT_M, top)
     shoulders = shoulders + free_play * rng.uniform(0.0, 1.0, size=len(outline)) ** 2
