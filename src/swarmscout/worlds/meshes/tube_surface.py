@@ -95,6 +95,10 @@ class TubeSurface:
         )
         self.base_m = fields.floor_m + mound
         self._depth = self._sampled(_depth_of_free(fields))
+        into_rock = ndimage.distance_transform_edt(self._depth <= 0.0) * step_m
+        # Noise may bring deep rock near to 0, where walls that bulge would meet each other.
+        deep = into_rock >= 2.0 * step_m
+        self._depth[deep] = np.minimum(self._depth[deep], -0.8 * into_rock[deep])
         hills = self._sampled(fields.hills)
         self._mound = self._sampled(mound)
         self._swell = 1.0 + ROOF_SWELLS * hills
@@ -108,20 +112,24 @@ class TubeSurface:
             self._sampled(noise_field(rng, *place, wavelength, (rows, columns), resolution))
             for wavelength in (3.0, 1.3, 1.3)
         ]
-        self._bulge = _BULGE_M * np.clip(0.5 + 0.7 * noise[0], 0.1, 1.0) * self._thick_rock()
+        most = np.minimum(_BULGE_M, 0.4 * _thickness_m(into_rock, step_m))
+        self._bulge = np.clip(0.5 + 0.7 * noise[0], 0.1, 1.0) * most
         self._ledges = noise[1], noise[2]
         self._skylights = skylights
-        tallest = max(float(self._roof.max()), self._bulge_top * float(self._swell.max()))
         self._spare_m = 2.0 * step_m + 4.0 * _LEDGE_M
+        self.levels_m = self._levels_m()
+
+    def _levels_m(self) -> NDArray[np.float64]:
+        """Heights of points, up to above the highest roof, or to the sky."""
+        tallest = max(float(self._roof.max()), self._bulge_top * float(self._swell.max()))
         top = tallest + self._spare_m
         # The floor lies half way between two levels, close together: sharp where it meets a wall.
-        near = np.array([-0.25, 0.25, 0.5, 1.0, 1.5, 2.0]) * step_m
-        above = np.arange(3.0, max(top / step_m, 3.0) + 1.0) * step_m
-        self.levels_m = np.concatenate((near, above))
-        if skylights:
-            most = max(skylight.top_m for skylight in skylights)
-            more = np.arange(self.levels_m[-1] + step_m, most + step_m, step_m)
-            self.levels_m = np.concatenate((self.levels_m, more))
+        near = np.array([-0.25, 0.25, 0.5, 1.0, 1.5, 2.0]) * self.step_m
+        above = np.arange(3.0, max(top / self.step_m, 3.0) + 1.0) * self.step_m
+        levels = np.concatenate((near, above))
+        sky = max((skylight.top_m for skylight in self._skylights), default=0.0)
+        more = np.arange(levels[-1] + self.step_m, sky + self.step_m, self.step_m)
+        return np.concatenate((levels, more)) if self._skylights else levels
 
     def is_solid(self, rows: slice, columns: slice) -> bool:
         """Whether there is nothing but rock round these columns of points."""
@@ -227,11 +235,13 @@ class TubeSurface:
         steep /= np.sqrt(inside * (2.0 - inside) + 1e-6)
         return np.asarray(1.0 / np.sqrt(1.0 + steep * steep), dtype=np.float64)
 
-    def _thick_rock(self) -> NDArray[np.float64]:
-        """0 … 1: walls bulge where there is rock behind them, and pillars stay whole."""
-        rock = (self._depth <= 0.0).astype(np.float64)
-        share = ndimage.gaussian_filter(rock, 0.7 / self.step_m, truncate=3.0)
-        return np.clip((share - 0.25) / 0.2, 0.0, 1.0)
+
+def _thickness_m(into_rock_m: NDArray[np.float64], step_m: float) -> NDArray[np.float64]:
+    """Half of how thick the rock behind walls is: thin walls get no windows, pillars stay whole."""
+    reach = 2 * math.ceil(0.7 / step_m) + 1
+    near = ndimage.maximum_filter(into_rock_m, size=reach)
+    smooth: NDArray[np.float64] = ndimage.gaussian_filter(near, 0.4 / step_m, truncate=3.0)
+    return smooth
 
 
 def _depth_of_free(fields: TubeFields) -> NDArray[np.float64]:
