@@ -10,6 +10,7 @@ from cyclopts import App, Parameter
 from swarmscout.cli.numbers import WholeNumber
 
 if TYPE_CHECKING:
+    from swarmscout.worlds.tube_parameters import TubeParameters
     from swarmscout.worlds.world import World
 
 __all__ = ["app"]
@@ -21,6 +22,7 @@ app = App(name="worlds", help="List, show, import and generate worlds.", help_fo
 _Point = Annotated[str | None, Parameter(metavar="X,Y")]
 _Points = Annotated[tuple[str, ...], Parameter(metavar="X,Y", negative=(), show_default=False)]
 _Folder = Annotated[Path | None, Parameter(metavar="FOLDER")]
+_MeshFile = Annotated[Path | None, Parameter(metavar="MESH.ply")]
 _Picture = Annotated[Path | None, Parameter(metavar="PICTURE.png")]
 
 
@@ -88,6 +90,9 @@ def generate(
     piles: WholeNumber | None = None,
     roughness: float | None = None,
     resolution: float | None = None,
+    mesh: _MeshFile = None,
+    mesh_resolution: float | None = None,
+    skylights: WholeNumber | None = None,
     robots: WholeNumber = 15,
     out: _Folder = None,
 ) -> None:
@@ -111,6 +116,10 @@ def generate(
         piles: breakdown from the ceiling.
         roughness: how far walls stray from a smooth outline, in metres.
         resolution: edge of a raster cell, in metres.
+        mesh: a new file for the tube in 3D (.ply, .obj, .stl, .glb or .off), which the world's
+            folder keeps as well; none by default.
+        mesh_resolution: distance of the points that its surface is found on, in metres; 0.2.
+        skylights: holes in its roof.
         robots: for how many robots it is checked and drawn.
         out: a new folder; by default one in the working directory with the world's name.
     """
@@ -130,7 +139,15 @@ def generate(
     }  # fmt: skip
     chosen = {key: value for key, value in given.items() if value is not None}
     parameters = dataclasses.replace(NAMED_TUBES[like][1], seed=seed, **chosen)
-    _keep(generate_tube(parameters, name), robots, out)
+    options = {"mesh_resolution_m": mesh_resolution, "skylights": skylights}
+    wanted = {key: value for key, value in options.items() if value is not None}
+    if mesh is None and wanted:
+        option = "--skylights" if skylights is not None else "--mesh-resolution"
+        raise WorldError(f"{option} has no meaning without --mesh FILE")
+    if mesh is None:
+        _keep(generate_tube(parameters, name), robots, out)
+        return
+    _keep_with_mesh(parameters, name, wanted, robots, out, mesh)
 
 
 @app.command(name="import")
@@ -186,6 +203,46 @@ def _spare(out: Path | None, world: Path) -> None:
         raise WorldError(f"--out '{out}' is the map itself: choose another name for the picture")
 
 
+def _keep_with_mesh(
+    parameters: TubeParameters,
+    name: str,
+    wanted: dict[str, Any],
+    robots: int,
+    out: Path | None,
+    file: Path,
+) -> None:
+    """Generate a tube with its mesh, and keep both; what is wrong is said before the work."""
+    import dataclasses
+
+    from swarmscout.cli.counting import counting
+    from swarmscout.viewing.mesh_picture import mesh_picture
+    from swarmscout.worlds.meshes.tube_mesh import check_tube_mesh, tube_mesh
+    from swarmscout.worlds.meshes.writing import check_mesh_file, write_mesh
+    from swarmscout.worlds.tube import generate_tube
+
+    _check_robots(robots)
+    folder = _new_folder(out or Path(name))
+    check_mesh_file(file)
+    check_tube_mesh(**wanted)
+    world = generate_tube(parameters, name)
+    print("making the mesh: some seconds for each 100 m of tube", flush=True)
+    with counting("mesh") as on_progress:
+        mesh = tube_mesh(parameters, on_progress=on_progress, **wanted)
+    world = dataclasses.replace(world, mesh=mesh, source={**world.source, **wanted})
+    _keep(world, robots, folder)
+    size_mb = write_mesh(mesh, file).stat().st_size / 1e6
+    print(f"mesh: {file}, {len(mesh.triangles):,} triangles, {size_mb:.1f} MB")
+    print(f"picture: {mesh_picture(world, folder / 'mesh.png')}")
+
+
+def _new_folder(folder: Path) -> Path:
+    from swarmscout.core.errors import WorldError
+
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise WorldError(f"'{folder}' is there already: choose another with --out FOLDER")
+    return folder
+
+
 def _keep(world: World, robots: int, out: Path | None) -> None:
     """Check a world, write it into a new folder with a picture, and say so."""
     from swarmscout.core.errors import WorldError
@@ -193,9 +250,7 @@ def _keep(world: World, robots: int, out: Path | None) -> None:
     from swarmscout.worlds.folder import save_world
 
     _check_robots(robots)
-    folder = out or Path(world.name)
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise WorldError(f"'{folder}' is there already: choose another with --out FOLDER")
+    folder = _new_folder(out or Path(world.name))
     check_world(world, robots)
     _report(world, robots)
     try:

@@ -9,6 +9,8 @@ from swarmscout.worlds.catalogue import load_world, named_worlds
 from swarmscout.worlds.checks import check_world
 from swarmscout.worlds.folder import load_folder, save_world
 from swarmscout.worlds.meshes.mesh import Mesh
+from swarmscout.worlds.meshes.tube_mesh import tube_mesh
+from swarmscout.worlds.meshes.writing import write_mesh
 from swarmscout.worlds.placing import place_robots, place_stations
 from swarmscout.worlds.reach import reachable
 from swarmscout.worlds.tube import generate_tube
@@ -28,6 +30,8 @@ __all__ = [
     "place_stations",
     "reachable",
     "save_world",
+    "tube_mesh",
     "world_from_array",
     "world_from_ascii",
+    "write_mesh",
 ]

@@ -8,6 +8,7 @@ tube. A core along each centre line stays free whatever the noise says, so tubes
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,17 @@ from swarmscout.worlds.tube_parameters import TubeParameters
 from swarmscout.worlds.tube_plan import plan_tube
 from swarmscout.worlds.world import World
 
-__all__ = ["RULES", "generate_tube"]
+__all__ = [
+    "LOWEST_M",
+    "ROOF_SWELLS",
+    "RULES",
+    "STEEP_M",
+    "WALL_HEIGHT_M",
+    "TubeFields",
+    "generate_tube",
+    "roof_height_m",
+    "tube_fields",
+]
 
 RULES = 1
 """Goes up when the same parameters give another world."""
@@ -35,9 +46,40 @@ _BORDER_M = 2.5
 _MOUTH_AT = 4
 """The start is so many points (metres) into the first passage, in the middle of the mouth."""
 _SPECK_M2 = 0.25
-_LOWEST_M = 0.6
-_STEEP_M = 0.2
+LOWEST_M = 0.6
+WALL_HEIGHT_M = 0.9
+"""How high the roof's arch springs from the walls."""
+ROOF_SWELLS = 0.12
+"""How much higher the roof is where the floor's swelling is 1."""
+STEEP_M = 0.2
 """Blocks higher than this above the ground are not driven over."""
+
+
+@dataclass(frozen=True, eq=False)
+class TubeFields:
+    """What a tube's rasters are made of, at the centres of their cells.
+
+    Attributes:
+        passages: the plan, in the world's frame; the first point of the first one is the mouth.
+        depth_m: float64[rows, cols], how deep inside a tube; negative in rock.
+        rubble_m: float64[rows, cols], height of breakdown above the floor.
+        floor_m: float64[rows, cols], height of the floor without breakdown, in rock too.
+        hills: float64[rows, cols], the floor's swelling, about −1 … 1; the roof swells with it.
+        free: uint8[rows, cols], 1 where a robot may be.
+        ground_m: float32[rows, cols], height of the ground.
+        ceiling_m: float32[rows, cols], height of the ceiling; in rock it lies on the ground.
+        start_m: ``(x, y)`` in the middle of the mouth.
+    """
+
+    passages: list[Passage]
+    depth_m: NDArray[np.float64]
+    rubble_m: NDArray[np.float64]
+    floor_m: NDArray[np.float64]
+    hills: NDArray[np.float64]
+    free: NDArray[np.uint8]
+    ground_m: NDArray[np.float32]
+    ceiling_m: NDArray[np.float32]
+    start_m: tuple[float, float]
 
 
 def generate_tube(parameters: TubeParameters, name: str = "tube") -> World:
@@ -50,6 +92,32 @@ def generate_tube(parameters: TubeParameters, name: str = "tube") -> World:
     Returns:
         A world with ground and ceiling, whose start is the mouth and whose lower left corner is
         (0, 0). All that is free is connected.
+    """
+    fields = tube_fields(parameters)
+    for raster in (fields.free, fields.ground_m, fields.ceiling_m):
+        raster.setflags(write=False)
+    world = World(
+        name=name,
+        free=fields.free,
+        resolution_m=parameters.resolution_m,
+        origin_m=(0.0, 0.0),
+        start_m=fields.start_m,
+        ground_m=fields.ground_m,
+        ceiling_m=fields.ceiling_m,
+    )
+    source = {"generator": "lava-tube", "rules": RULES, **dataclasses.asdict(parameters)}
+    object.__setattr__(world, "source", {**source, "digest": world.digest})
+    return world
+
+
+def tube_fields(parameters: TubeParameters) -> TubeFields:
+    """The fields that a tube's rasters, and its mesh, are made of.
+
+    Args:
+        parameters: its looks and its seed.
+
+    Returns:
+        The fields; the lower left corner of their rasters is (0, 0).
     """
     passages = plan_maze(parameters) if parameters.layout == "maze" else plan_tube(parameters)
     passages, width_m, height_m = _moved_to_corner(passages)
@@ -74,22 +142,37 @@ def generate_tube(parameters: TubeParameters, name: str = "tube") -> World:
 
     heights = _Heights(parameters, width_m, height_m, shape)
     rubble = heights.rubble(lattice.at_cells(blocks, shape, resolution, smooth=True))
-    free = _connected((fine > 0.0) & (rubble <= _STEEP_M), start, resolution)
-    ground, ceiling = heights.ground_and_ceiling(free, fine, rubble)
-    for raster in (free, ground, ceiling):
-        raster.setflags(write=False)
-    world = World(
-        name=name,
+    free = _connected((fine > 0.0) & (rubble <= STEEP_M), start, resolution)
+    floor = heights.floor()
+    ground, ceiling = heights.ground_and_ceiling(free, fine, rubble, floor)
+    return TubeFields(
+        passages=passages,
+        depth_m=fine,
+        rubble_m=rubble,
+        floor_m=floor,
+        hills=heights.hills,
         free=free,
-        resolution_m=resolution,
-        origin_m=(0.0, 0.0),
-        start_m=(float(start[0]), float(start[1])),
         ground_m=ground,
         ceiling_m=ceiling,
+        start_m=(float(start[0]), float(start[1])),
     )
-    source = {"generator": "lava-tube", "rules": RULES, **dataclasses.asdict(parameters)}
-    object.__setattr__(world, "source", {**source, "digest": world.digest})
-    return world
+
+
+def roof_height_m(
+    depth_m: NDArray[np.float64], hills: NDArray[np.float64], parameters: TubeParameters
+) -> NDArray[np.float64]:
+    """Height of the roof above the floor: an arch over the depth; 0 in rock.
+
+    Args:
+        depth_m: how deep inside the tube, of any shape.
+        hills: the floor's swelling at the same places.
+        parameters: the tube's looks.
+    """
+    inside = np.clip(depth_m / (0.5 * parameters.width_m), 0.0, 1.0)
+    arch = np.sqrt(inside * (2.0 - inside))
+    least = WALL_HEIGHT_M
+    height = np.where(depth_m > 0.0, least + (parameters.height_m - least) * arch, 0.0)
+    return as_floats(height * (1.0 + ROOF_SWELLS * hills))
 
 
 def _moved_to_corner(passages: list[Passage]) -> tuple[list[Passage], float, float]:
@@ -178,21 +261,25 @@ class _Heights:
         ragged = blocks + 0.35 * self.grain * np.minimum(blocks, 0.5)
         return as_floats(np.round(np.maximum(ragged, 0.0), 6))
 
-    def ground_and_ceiling(
-        self, free: NDArray[np.uint8], depth: NDArray[np.float64], rubble: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """float32[rows, cols] each; in rock the ceiling lies on the ground."""
-        rows, columns = depth.shape
+    def floor(self) -> NDArray[np.float64]:
+        """float64[rows, cols], height of the floor without breakdown, in metres."""
+        rows, columns = self.hills.shape
         resolution = self.parameters.resolution_m
         x = (np.arange(columns) + 0.5)[None, :] * resolution
         y = (np.arange(rows) + 0.5)[:, None] * resolution
         floor = self.slope[0] * x + self.slope[1] * y
-        floor = floor + self.parameters.undulation_m * (self.hills + 0.06 * self.grain)
-        inside = np.clip(depth / (0.5 * self.parameters.width_m), 0.0, 1.0)
-        arch = np.sqrt(inside * (2.0 - inside))
-        height = np.where(depth > 0.0, 0.9 + (self.parameters.height_m - 0.9) * arch, 0.0)
-        height = height * (1.0 + 0.12 * self.hills)
+        return as_floats(floor + self.parameters.undulation_m * (self.hills + 0.06 * self.grain))
+
+    def ground_and_ceiling(
+        self,
+        free: NDArray[np.uint8],
+        depth: NDArray[np.float64],
+        rubble: NDArray[np.float64],
+        floor: NDArray[np.float64],
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """float32[rows, cols] each; in rock the ceiling lies on the ground."""
+        height = roof_height_m(depth, self.hills, self.parameters)
         ground = floor + rubble * (depth > 0.0)
         # Where specks of rock were taken out, a robot must pass below the ceiling all the same.
-        ceiling = np.maximum(floor + height, ground + _LOWEST_M * free)
+        ceiling = np.maximum(floor + height, ground + LOWEST_M * free)
         return np.round(ground, 4).astype(np.float32), np.round(ceiling, 4).astype(np.float32)

@@ -1,0 +1,104 @@
+"""A lava tube in 3D: the mesh that goes with a generated world."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from importlib.util import find_spec
+
+import numpy as np
+
+from swarmscout.core.errors import WorldError
+from swarmscout.worlds.meshes.blocks import breakdown_blocks
+from swarmscout.worlds.meshes.decimation import decimated
+from swarmscout.worlds.meshes.mesh import Mesh
+from swarmscout.worlds.meshes.skylights import place_skylights
+from swarmscout.worlds.meshes.surfacing import Triangles, largest_part, surface_of
+from swarmscout.worlds.meshes.tube_surface import TubeSurface
+from swarmscout.worlds.tube import tube_fields
+from swarmscout.worlds.tube_parameters import TubeParameters
+
+__all__ = ["check_tube_mesh", "tube_mesh"]
+
+_STEPS_M = (0.05, 0.5)
+_MOST_SKYLIGHTS = 100
+
+
+def check_tube_mesh(mesh_resolution_m: float = 0.2, skylights: int = 0) -> None:
+    """Say what would keep :func:`tube_mesh` from its work, before it begins.
+
+    Raises:
+        WorldError: a number is impossible, or a package is missing.
+    """
+    low, high = _STEPS_M
+    if not math.isfinite(mesh_resolution_m) or not low <= mesh_resolution_m <= high:
+        raise WorldError(f"mesh_resolution_m = {mesh_resolution_m}: expected {low:g} to {high:g}")
+    if isinstance(skylights, bool) or not isinstance(skylights, int):
+        raise WorldError(f"skylights = {skylights!r}: expected a whole number")
+    if not 0 <= skylights <= _MOST_SKYLIGHTS:
+        raise WorldError(f"skylights = {skylights}: expected 0 to {_MOST_SKYLIGHTS}")
+    if any(find_spec(package) is None for package in ("skimage", "fast_simplification")):
+        raise WorldError("making a mesh needs an extra: pip install 'swarmscout[mesh]'")
+
+
+def tube_mesh(
+    parameters: TubeParameters,
+    *,
+    mesh_resolution_m: float = 0.2,
+    skylights: int = 0,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> Mesh:
+    """Make the mesh of a lava tube.
+
+    It is made of the same fields as the world of :func:`swarmscout.worlds.generate_tube`: in free
+    cells its floor is the world's ground and the roof above is the world's ceiling, and at a
+    sensor's height walls and breakdown stand where the world has them.
+
+    Args:
+        parameters: the tube's looks and its seed; the same parameters give the same mesh, bit for
+            bit.
+        mesh_resolution_m: distance of the points that the surface is found on, in
+            metres, 0.05 to 0.5.
+        skylights: holes in the roof, up to the open sky; fewer where there is no room. The world's
+            own ceiling knows nothing of them.
+        on_progress: is told how much is done, of how much.
+
+    Returns:
+        The tube as one closed surface (with skylights it is open at their upper rims, and nowhere
+        else), and each boulder of breakdown as a closed convex one. All triangles face the open.
+
+    Raises:
+        WorldError: a number is impossible, the mesh would be too large, or the extra ``mesh`` is
+            not installed.
+
+    Example:
+        >>> from swarmscout.worlds import TubeParameters, tube_mesh
+        >>> mesh = tube_mesh(TubeParameters(size_m=30, length_m=25, branches=0))
+        >>> mesh.vertices_m.shape[1]
+        3
+    """
+    check_tube_mesh(mesh_resolution_m, skylights)
+    fields = tube_fields(parameters)
+    holes = place_skylights(fields, parameters, skylights)
+    surface = TubeSurface(fields, parameters, mesh_resolution_m, holes)
+    # Finding the surface takes as long as making it simpler: each counts for a half.
+    tell = on_progress or (lambda done, total: None)
+    found = largest_part(surface_of(surface, lambda done, total: tell(done, 2 * total)))
+    shells = [_facing_open(decimated(found))]
+    shells += breakdown_blocks(fields, surface.base_m, parameters)
+    tell(1, 1)
+    counts = np.cumsum([0] + [len(vertices) for vertices, _ in shells[:-1]])
+    return Mesh(
+        np.concatenate([vertices for vertices, _ in shells]).astype(np.float32),
+        np.concatenate(
+            [triangles + count for (_, triangles), count in zip(shells, counts, strict=True)]
+        ).astype(np.int32),
+    )
+
+
+def _facing_open(surface: Triangles) -> Triangles:
+    """The triangles of a cave turned so that they face its inside."""
+    vertices, triangles = surface
+    corners = vertices[triangles] - vertices.mean(axis=0)
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
+    return (vertices, triangles[:, ::-1]) if volume > 0.0 else surface
