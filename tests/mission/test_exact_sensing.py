@@ -79,6 +79,16 @@ def test_a_world_without_a_mesh_says_what_to_do(hall):
         sensing_agreement(bare)
 
 
+def test_a_generated_tube_gets_its_mesh_made_and_runs_again(tmp_path):
+    generated = {"world": "lava-tube-small", "world_seed": 5, "robots": 3, "steps": 15}
+    run = explore(**generated, sensor={"sensing": "mesh"}, out=tmp_path / "run")
+    assert not (tmp_path / "run" / "world").exists()  # The recipe is enough.
+    mission = Mission(load_scenario(tmp_path / "run"))
+    mission.run()
+    last = run.steps.filter(pl.col("step") == 15).select("x_m", "y_m").to_numpy()
+    np.testing.assert_array_equal(mission.bodies.position, last)
+
+
 def test_agreement_is_whole_where_walls_are_upright_and_partial_where_they_are_not(hall):
     whole = sensing_agreement(hall, scans=500)
     assert whole.rays == 4500

@@ -105,8 +105,11 @@ def explore(
         if view:
             page = watching(folder.name, host=host, port=port, browser=browser, pace=pace)
         from swarmscout.recording.explore import record_mission
+        from swarmscout.worlds.catalogue import named_worlds
 
         say_if_compiling()
+        if chosen.sensor.sensing == "mesh" and chosen.world in named_worlds():
+            print("making the cave's mesh first: some seconds for each 100 m of tube", flush=True)
         with between_steps() as check, Progress(chosen.steps) as progress:
 
             def on_step(mission: Any) -> None:

@@ -152,17 +152,24 @@ def make_ground(world: World, scenario: Scenario) -> World:
 def make_mesh(world: World, scenario: Scenario) -> Mesh | None:
     """The cave's surface that rays meet; None for sensing against the raster.
 
+    A generated tube that came without its mesh gets it made.
+
     Raises:
         ScenarioError: the world has no mesh.
+        WorldError: the mesh cannot be made, as the extra ``mesh`` is not installed.
     """
     if scenario.sensor.sensing != "mesh":
         return None
-    if world.mesh is None:
+    # Few missions need it, and it imports much.
+    from swarmscout.worlds.meshes.tube_mesh import generated_mesh
+
+    mesh = world.mesh or generated_mesh(world)
+    if mesh is None:
         raise ScenarioError(
             f"key 'sensor.sensing' = 'mesh': world '{world.name}' has no mesh: import one with "
-            "`swarmscout worlds import CAVE.ply`, or generate a tube with --mesh FILE"
+            "`swarmscout worlds import CAVE.ply`, or take a generated tube"
         )
-    return world.mesh
+    return mesh
 
 
 def make_planner(

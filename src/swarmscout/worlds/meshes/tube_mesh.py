@@ -17,8 +17,9 @@ from swarmscout.worlds.meshes.surfacing import Triangles, largest_part, surface_
 from swarmscout.worlds.meshes.tube_surface import TubeSurface
 from swarmscout.worlds.tube import tube_fields
 from swarmscout.worlds.tube_parameters import TubeParameters
+from swarmscout.worlds.world import World
 
-__all__ = ["check_tube_mesh", "tube_mesh"]
+__all__ = ["check_tube_mesh", "generated_mesh", "tube_mesh"]
 
 _STEPS_M = (0.05, 0.5)
 _MOST_SKYLIGHTS = 100
@@ -94,6 +95,23 @@ def tube_mesh(
             [triangles + count for (_, triangles), count in zip(shells, counts, strict=True)]
         ).astype(np.int32),
     )
+
+
+def generated_mesh(world: World) -> Mesh | None:
+    """The mesh of a world that :func:`swarmscout.worlds.generate_tube` made; None of any other.
+
+    It is made once and kept with the world.
+
+    Raises:
+        WorldError: the extra ``mesh`` is not installed.
+    """
+    source = world.source
+    if source.get("generator") != "lava-tube" or source.get("digest") != world.digest:
+        return None
+    if "mesh" not in world.derived:
+        world.derived["mesh"] = tube_mesh(TubeParameters.of(source))
+    made: Mesh = world.derived["mesh"]
+    return made
 
 
 def _facing_open(surface: Triangles) -> Triangles:
