@@ -155,7 +155,7 @@ def test_a_server_shows_two_missions_in_step(data, watched):
         seen = watched()
         page = seen.open(f"{server.url}#t=20")
         page.evaluate("player.clock.goTo(33); player.draw()")
-        steps = page.evaluate("player.missions.map((mission) => mission.mapStep)")
+        steps = page.evaluate("player.missions.map((mission) => mission.shownMap.step)")
         assert steps == [33, 33]
         one, other = page.evaluate("player.scenes.map((scene) => scene.shownPositions())")
         assert one == other

@@ -67,7 +67,7 @@ export class Terrain {
     this.texture = new THREE.DataTexture(this.pixels, columns, rows, THREE.RGBAFormat);
     this.texture.magFilter = this.texture.minFilter = THREE.LinearFilter;
     this.frontier = new Uint8Array(rows * columns);
-    this.painted = -1;
+    this.painted = {}; // which map, after which step
     this.material = new THREE.ShaderMaterial({
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
@@ -94,13 +94,14 @@ export class Terrain {
 
   /** Light what the map at the step of `mission.seek` knows. */
   paint() {
-    const { mission, pixels } = this;
-    if (this.painted === mission.mapStep) return;
-    this.painted = mission.mapStep;
-    mission.frontiers(this.frontier);
-    for (let cell = 0; cell < mission.labels.length; cell++) {
-      const known = mission.labels[cell] !== 0;
-      const age = mission.mapStep - mission.knownSince[cell];
+    const { pixels } = this;
+    const map = this.mission.shownMap;
+    if (this.painted.map === map && this.painted.step === map.step) return;
+    this.painted = { map, step: map.step };
+    map.frontiers(this.frontier);
+    for (let cell = 0; cell < map.labels.length; cell++) {
+      const known = map.labels[cell] !== 0;
+      const age = map.step - map.knownSince[cell];
       pixels[4 * cell] = known ? 255 : 0;
       pixels[4 * cell + 1] = this.frontier[cell] ? 255 : 0;
       pixels[4 * cell + 2] = known && age < 12 && age >= 0 ? 255 - 21 * age : 0;
