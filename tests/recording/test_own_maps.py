@@ -107,9 +107,7 @@ def test_the_swarms_map_is_still_there(run: Run) -> None:
     assert all((run.map_at(robot=robot) != 0).sum() <= known.sum() for robot in range(ROBOTS))
 
 
-def test_a_killed_run_and_one_in_memory_know_it_too(
-    run: Run, watch: Watch, tmp_path: Path
-) -> None:
+def test_a_killed_run_and_one_in_memory_know_it_too(run: Run, watch: Watch, tmp_path: Path) -> None:
     assert run.path is not None
     broken = tmp_path / "broken"
     shutil.copytree(run.path, broken)
@@ -170,7 +168,7 @@ def test_mistakes_are_one_clear_line(run: Run) -> None:
 
 def test_explore_takes_links() -> None:
     run = explore(
-        "lava-tube-small", robots=ROBOTS, steps=12, seed=2, links=lambda _: np.eye(ROBOTS)  > 0
+        "lava-tube-small", robots=ROBOTS, steps=12, seed=2, links=lambda _: np.eye(ROBOTS) > 0
     )
     assert run.own_maps
     assert run.links.height == 0

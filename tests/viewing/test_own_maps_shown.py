@@ -11,12 +11,15 @@ from test_packets import read
 
 from swarmscout import Mission, Run, RunError, Scenario, record_mission
 from swarmscout.core.errors import ViewError
+from swarmscout.viewing.figures.making import make_figures
+from swarmscout.viewing.figures.maps import team_map
 from swarmscout.viewing.map_picture import labels_at
 from swarmscout.viewing.player.beliefs import chosen_robots, packed_beliefs
 from swarmscout.viewing.player.export import export_page
 from swarmscout.viewing.player.live import LiveMission
 from swarmscout.viewing.player.recorded import player_data
 from swarmscout.viewing.player.server import PlayerServer, Recorded
+from swarmscout.viewing.replay import Replay
 
 ROBOTS = 6
 SCENARIO = Scenario(
@@ -142,6 +145,23 @@ def test_where_one_map_serves_all_there_is_no_own_map(run, watched):
         assert page.locator(".whose").count() == 0
         assert not page.evaluate("player.ownMap.on")
         assert seen.troubles == []
+
+
+def test_figures_of_one_robots_map(apart, tmp_path):
+    replay = Replay(apart, 2)
+    for step in (50, 10, 60):
+        np.testing.assert_array_equal(replay.moment(step).labels, labels_at(apart, step, 2))
+    assert replay.window() == Replay(apart).window()
+    (file,) = make_figures(apart, tmp_path / "own", names=["team-map"], robot=2, dpi=60)
+    (whole,) = make_figures(apart, tmp_path / "all", names=["team-map"], dpi=60)
+    assert file.read_bytes() != whole.read_bytes()
+    axes = team_map(replay, 60).axes[0]
+    assert axes.get_title() == "step 60 · what robot 2 knows"
+    assert (
+        axes.images[0].get_array() != team_map(Replay(apart), 60).axes[0].images[0].get_array()
+    ).any()
+    with pytest.raises(RunError, match="robots 0 to 5"):
+        make_figures(apart, tmp_path, robot=6)
 
 
 def test_whose_maps_a_file_holds(apart, run):

@@ -213,9 +213,7 @@ class OwnMaps:
                 )  # fmt: skip
                 order = np.argsort(self._changed[:n])
                 self._changes[m].append(
-                    MapChanges(
-                        np.full(n, now), self._changed[:n][order], self._log_odds[:n][order]
-                    )
+                    MapChanges(np.full(n, now), self._changed[:n][order], self._log_odds[:n][order])
                 )
             self.versions, merged = merged, self.versions
             self.step = now

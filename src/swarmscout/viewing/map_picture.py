@@ -131,9 +131,7 @@ def _map_signs() -> list[Patch]:
     ]
 
 
-def labels_at(
-    run: Run, step: int | None = None, robot: int | None = None
-) -> NDArray[np.uint8]:
+def labels_at(run: Run, step: int | None = None, robot: int | None = None) -> NDArray[np.uint8]:
     """uint8[rows, cols] labels (codes ``LABELS``) of a map after a step.
 
     Args:

@@ -78,7 +78,9 @@ def chosen_robots(run: Run, text: str | None) -> list[int]:
     if text == "none":
         return []
     words = text.split(",")
-    if text != "all" and not all(word.strip().isascii() and word.strip().isdecimal() for word in words):
+    if text != "all" and not all(
+        word.strip().isascii() and word.strip().isdecimal() for word in words
+    ):
         raise ViewError(f"own maps of '{text}': write all, none, or robots' numbers as in 0,3,7")
     robots = everybody if text == "all" else sorted({int(word) for word in words})
     for robot in robots:
