@@ -222,7 +222,8 @@ class OwnMaps:
         """int32[rows, cols]: a robot's map now, log-odds as read in 1/1000 nat."""
         evidence = self._evidence[self._robots.index(robot)]
         read = np.clip(evidence, self._model.lowest, self._model.highest)
-        return read.astype(np.int32).reshape(self._frame.shape)
+        narrow: NDArray[np.int32] = read.astype(np.int32)
+        return narrow.reshape(self._frame.shape)
 
     def changes(self, robot: int, first: int = 1) -> MapChanges:
         """How a robot's map changed from step `first` on, up to now."""

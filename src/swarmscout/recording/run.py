@@ -141,7 +141,7 @@ class Run:
 
     @property
     def evidence(self) -> pl.DataFrame:
-        """A row per scan and cell: how much a robot's log gained; empty where one map serves all."""
+        """A row per scan and cell: what a robot's log gained; empty where one map serves all."""
         return self.table("evidence")
 
     @property

@@ -60,7 +60,8 @@ def make_figures(
         The files.
 
     Raises:
-        RunError: there is no such step or robot, the run cannot be shown, or a file cannot be written.
+        RunError: there is no such step or robot, the run cannot be shown, or a file cannot be
+            written.
         ViewError: there is no such figure, form or resolution.
 
     Example:

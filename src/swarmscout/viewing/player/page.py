@@ -40,6 +40,7 @@ PAGE_FILES: dict[str, str] = {
             "overlay",
             "map",
             "terrain",
+            "still",
             "robots",
             "scene",
             "curves",

@@ -6,7 +6,7 @@ import { Curves } from "./curves.js";
 import { Decisions } from "./decisions.js";
 import { MapView } from "./map.js";
 import { hearPointer, savePicture } from "./pointing.js";
-import { hasWebGL2, SceneView } from "./scene.js";
+import { drawsWith, SceneView } from "./scene.js";
 import { listen, loadMissions } from "./sources.js";
 import { OwnMap, tellWhose } from "./ownmap.js";
 import { element } from "./elements.js";
@@ -30,8 +30,10 @@ class Player {
     this.maps = this.missions.map((mission, k) => new MapView(this.#pane("maps", k, 1), mission, redraw));
     this.ownMap = new OwnMap(loaded, () => this.refresh());
     this.scenes = [];
-    if (hasWebGL2()) {
-      this.scenes = this.missions.map((mission, k) => new SceneView(this.#pane("scenes", k, 2), mission, redraw));
+    const means = drawsWith();
+    if (means !== "none") {
+      this.scenes = this.missions.map((mission, k) =>
+        new SceneView(this.#pane("scenes", k, 2), mission, redraw, means === "processor"));
       this.#tieCameras();
     } else {
       document.body.classList.add("no3d");
