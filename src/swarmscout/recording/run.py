@@ -260,8 +260,8 @@ class Run:
             raise RunError(f"a run has no table '{name}': there are {', '.join(LEVELS['full'])}")
         if name not in LEVELS[self.level]:
             raise RunError(
-                f"table '{name}' was not recorded: the run's level is '{self.level}', "
-                "record='full' keeps every table"
+                f"table '{name}' was not recorded: the run's level is '{self.level}', only "
+                "record='full' (explore --record full) keeps every table"
             )
         if self.path is None:
             frames = self._in_memory.get(name, [])

@@ -78,8 +78,8 @@ def record_rrd(run: Run, file: str | Path) -> Path:
         path.touch()
     except OSError as error:
         raise RunError(f"cannot write '{path}': {error.strerror or error}") from None
-    recording.save(path, default_blueprint=_layout())
     relief = relief_of(run.world(), MOST_CELLS)
+    recording.save(path, default_blueprint=_layout(replay, relief))
     cells = _mesh(rr, recording, relief)
     frame = run.frame
     at = frame.cells_of(relief.frame.centres_of(cells))
@@ -128,21 +128,34 @@ def show_rrd(file: Path) -> int:
     return subprocess.call([sys.executable, "-m", "rerun", *address, str(file)])
 
 
-def _layout() -> Any:
-    """The cave large, the map, curves and decisions beside it."""
+def _layout(replay: Replay, relief: Relief) -> Any:
+    """The cave large, seen from above; the map, curves and decisions beside it."""
     import rerun.blueprint as rrb
 
+    left, right, bottom, top = replay.window()
+    middle = _raised(np.array([[(left + right) / 2, (bottom + top) / 2]]), relief, 0.0)[0]
+    far = max(12.0, right - left, 1.4 * (top - bottom))
+    eye = rrb.EyeControls3D(
+        position=middle + (0.0, -0.6 * far, 0.9 * far), look_target=middle, eye_up=(0.0, 0.0, 1.0)
+    )
+    frame = replay.run.frame
+    x = (np.array([left, right]) - frame.origin_x_m) / frame.cell_m
+    y = frame.rows - (np.array([top, bottom]) - frame.origin_y_m) / frame.cell_m
+    bounds = rrb.VisualBounds2D(x_range=x, y_range=y)
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Spatial3DView(origin="cave", name="Cave"),
+            rrb.Spatial3DView(
+                origin="cave", name="Cave", eye_controls=eye,
+                line_grid=rrb.LineGrid3D(visible=False),
+            ),
             rrb.Vertical(
-                rrb.Spatial2DView(origin="map", name="Map"),
-                rrb.TimeSeriesView(origin="curves", name="Explored area, teams"),
+                rrb.Spatial2DView(origin="map", name="Map", visual_bounds=bounds),
+                rrb.TimeSeriesView(origin="curves", name="Explored area (m²), teams"),
                 rrb.TextLogView(origin="decisions", name="Decisions"),
             ),
             column_shares=[2, 1],
         ),
-        rrb.TimePanel(timeline="step"),
+        rrb.TimePanel(timeline="step", state="collapsed"),
         collapse_panels=True,
     )
 

@@ -103,7 +103,7 @@ export class Curves {
       scales: { x: { time: false }, y: { range: (_, __, high) => [0, high > 0 ? high * 1.08 : 1] } },
       axes: [
         { ...axis, size: 20, gap: 2, space: 60 },
-        { ...axis, size: 44, gap: 3, space: 26 },
+        { ...axis, size: 44, gap: 3, space: 15 },
       ],
       series,
       hooks: {
@@ -122,10 +122,13 @@ export class Curves {
   #placeCursor(plot) {
     const { cursor, output, chart } = plot.ours;
     cursor.style.transform = `translateX(${plot.valToPos(this.step, "x")}px)`;
-    const numbers = this.missions.flatMap((_, k) =>
-      chart.series.map((name) => this.#values(k, name)[this.step]),
+    const told = this.missions.map((_, k) =>
+      chart.series
+        .map((name) => this.#values(k, name)[this.step])
+        .map((number) => (number == null ? "–" : Math.round(number)))
+        .join(" · "),
     );
-    output.textContent = numbers.map((number) => (number == null ? "–" : Math.round(number))).join(" · ");
+    output.textContent = told.length > 1 ? told.map((text, k) => `${"AB"[k]}: ${text}`).join("   ") : told[0];
   }
 
   #listen(plot) {

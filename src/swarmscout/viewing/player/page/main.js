@@ -51,6 +51,11 @@ class Player {
     this.#hearButtons();
     hearKeys(this);
     loaded.forEach(({ mission, live }) => live && this.#hear(mission, live));
+    if (!loaded.some(({ live }) => live)) {
+      const told = this.missions.map((mission, k) => [toldState("recorded", mission), "AB"[k]]).filter(([text]) => text);
+      $("state").textContent = told.map(([text, name]) => (this.missions.length > 1 ? `${name}: ${text}` : text)).join(" · ");
+    }
+    document.body.classList.toggle("pair", this.missions.length > 1);
     document.title = `${this.mission.facts.name} · swarmscout`;
     $("title").textContent = this.missions.map((mission) => mission.facts.name).join(" | ");
     $("facts").textContent = aboutRun(this.mission, this.missions.length);
