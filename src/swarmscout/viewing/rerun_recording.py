@@ -135,9 +135,8 @@ def _layout(replay: Replay, relief: Relief) -> Any:
     left, right, bottom, top = replay.window()
     middle = _raised(np.array([[(left + right) / 2, (bottom + top) / 2]]), relief, 0.0)[0]
     far = max(12.0, right - left, 1.4 * (top - bottom))
-    eye = rrb.EyeControls3D(
-        position=middle + (0.0, -0.6 * far, 0.9 * far), look_target=middle, eye_up=(0.0, 0.0, 1.0)
-    )
+    above = middle + np.array([0.0, -0.6 * far, 0.9 * far])
+    eye = rrb.EyeControls3D(position=above, look_target=middle, eye_up=(0.0, 0.0, 1.0))
     frame = replay.run.frame
     x = (np.array([left, right]) - frame.origin_x_m) / frame.cell_m
     y = frame.rows - (np.array([top, bottom]) - frame.origin_y_m) / frame.cell_m
@@ -145,7 +144,9 @@ def _layout(replay: Replay, relief: Relief) -> Any:
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Spatial3DView(
-                origin="cave", name="Cave", eye_controls=eye,
+                origin="cave",
+                name="Cave",
+                eye_controls=eye,
                 line_grid=rrb.LineGrid3D(visible=False),
             ),
             rrb.Vertical(

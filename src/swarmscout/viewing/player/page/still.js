@@ -47,10 +47,10 @@ export class StillTerrain {
     const material = new THREE.ShaderMaterial({
       vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, depthFunc: THREE.AlwaysDepth,
     });
-    const picture = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), material);
-    picture.frustumCulled = false;
-    picture.renderOrder = -1;
-    scene.add(picture);
+    this.picture = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), material);
+    this.picture.frustumCulled = false;
+    this.picture.renderOrder = -1;
+    scene.add(this.picture);
     this.kept = "";
     this.size = new THREE.Vector2();
   }
