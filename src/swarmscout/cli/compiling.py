@@ -50,13 +50,14 @@ def compile_all() -> None:
     from swarmscout.destinations.registry import selectors
     from swarmscout.mission.mission import Mission
     from swarmscout.mission.scenario_files import load_scenario
+    from swarmscout.recording.explore import record_mission
 
     for name in selectors():
         Mission(load_scenario("paper", {"robots": 6, "steps": 30, "destinations": name})).run()
     # What the defaults leave out: other rules, robots low on charge, and maps of their own.
     others = {"start": "spread", "battery.start_min": 0.0, "battery.return_rule": "distance"}
     literal = load_scenario("paper-literal", {"robots": 6, "steps": 30, **others})
-    Mission(literal, links=lambda _: np.ones((6, 6), dtype=np.bool_)).run()
+    record_mission(literal, links=lambda _: np.ones((6, 6), dtype=np.bool_)).map_at(robot=0)
 
 
 def uncompiled_kernels() -> list[str]:
