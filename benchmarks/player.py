@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import swarmscout as ss
+from swarmscout.recording.tables import OWN_MAPS
 from swarmscout.viewing.player.export import export_page
 from swarmscout.viewing.player.live import LiveMission
 from swarmscout.viewing.player.server import PlayerServer
@@ -64,9 +65,52 @@ def main() -> None:
             took = time.process_time() - began
             size = pages[name].stat().st_size / 1e6
             print(f"{name} ({run.last_step} run): one file {size:.2f} MB, {took:.1f} s of CPU")
+        own_maps(place)
         show_pages(pages)
         live_view()
         film(small, place)
+
+
+class ByRange:
+    """Robots hear each other over 8 m; a recorder, for it must know where they are."""
+
+    def begin(self, mission: Any) -> None:
+        """Take the mission."""
+        self._mission = mission
+
+    def record(self, record: Any) -> None:
+        """A step says nothing new."""
+
+    def end(self, summary: Any) -> None:
+        """So does the end."""
+
+    def __call__(self, step: int) -> Any:
+        """Who hears whom."""
+        gaps = self._mission.bodies.position[:, None] - self._mission.bodies.position[None]
+        return (gaps**2).sum(axis=2) <= 8.0**2
+
+
+def own_maps(place: Path) -> None:
+    """What it costs that each robot has a map of its own."""
+    for start in ("one-place", "spread"):
+        links = ByRange()
+        scenario = ss.Scenario(robots=100, steps=300, world="lava-tube-wide", start=start)
+        run = ss.record_mission(
+            scenario, out=place / start, links=links, watchers=[links], record="full"
+        )
+        sizes = [(run.path / f"{name}.parquet").stat().st_size / 1e6 for name in OWN_MAPS]
+        began = time.process_time()
+        run.map_at(robot=7)
+        took = time.process_time() - began
+        pages = [
+            export_page([run], place / "own.html", own_maps=whose).stat().st_size / 1e6
+            for whose in ("none", "7", "all")
+        ]
+        print(
+            f"own maps, N = 100, {run.last_step} steps, {start}: {sum(sizes):.2f} MB on disk, "
+            f"one robot's last map {took:.2f} s of CPU; one file {pages[0]:.2f} MB without, "
+            f"{pages[1]:.2f} MB with one robot's, {pages[2]:.2f} MB with all"
+        )
 
 
 def show_pages(pages: dict[str, Path]) -> None:

@@ -28,6 +28,7 @@ FLY = """
 import importlib, json, pkgutil, sys
 import numpy as np
 import swarmscout
+import swarmscout as ss
 for module in pkgutil.walk_packages(swarmscout.__path__, "swarmscout."):
     if not module.name.endswith("__main__"):
         importlib.import_module(module.name)
@@ -73,6 +74,7 @@ for name in policies():
 for links in (None, lambda step: np.eye(6, k=step % 3, dtype=bool)):
     fly(links=links, sizes=SizedByAll(), teams={"leave_rule": "general"})
 fly(links=lambda step: np.eye(6, k=step % 3, dtype=bool))
+ss.record_mission(Scenario(robots=3, steps=9), links=lambda _: np.eye(3) > 0).map_at(robot=1)
 fly(teams={"members": "fan", "fan_m": 3})
 fly(links=lambda step: np.ones((6, 6), dtype=bool), teams={"members": "fan"})
 fly(

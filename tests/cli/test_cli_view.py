@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import signal
+import sys
 import urllib.request
+
+import pytest
 
 
 def test_export_writes_one_file(command, here):
@@ -71,3 +74,27 @@ def test_a_mission_that_cannot_begin_leaves_no_page_and_no_folder(command, here)
     told = command("explore", "--view", "--pace", "0", "--no-browser", "--out", "r")
     assert told[0] == 2
     assert "--pace 0" in told[2]
+
+
+def test_explore_writes_a_rerun_recording_too(command, here, monkeypatch):
+    chunk = pytest.importorskip("rerun.chunk")
+    words = ("--robots", "3", "--steps", "8", "--no-picture", "--world", "lava-tube-small")
+    code, out, err = command("explore", *words, "--out", "r", "--record-rrd", "m.rrd")
+    assert (code, err) == (0, "")
+    assert "recording: m.rrd" in out
+    entities = {str(piece.entity_path) for piece in chunk.RrdReader(here / "m.rrd").stream()}
+    assert {"/cave/robots", "/map/grid", "/curves/explored_m2", "/decisions"} <= entities
+    for more, told in (
+        (("--record-rrd", "m.rr"), "ends in .rrd"),
+        (("--record-rrd", "no/m.rrd"), "there is no folder 'no'"),
+        (("--record-rrd", "n.rrd", "--record", "curves"), "leave out --record curves"),
+    ):
+        code, out, err = command("explore", *words, "--out", "s", *more)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert told in err
+        assert not (here / "s").exists()
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    code, out, err = command("explore", *words, "--out", "s", "--record-rrd", "n.rrd")
+    assert (code, out) == (2, "")
+    assert "pip install 'swarmscout[rerun]'" in err
+    assert not (here / "s").exists()

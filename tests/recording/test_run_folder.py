@@ -12,7 +12,7 @@ from swarmscout.recording.run_folder import (
     default_name,
     release_folder,
 )
-from swarmscout.recording.tables import LEVELS
+from swarmscout.recording.tables import LEVELS, OWN_MAPS
 
 
 @pytest.mark.parametrize(
@@ -87,6 +87,6 @@ def test_what_finishes_a_run_is_on_the_disk_before_its_summary(
     monkeypatch.setattr(os, "replace", replaced)
     record_mission(scenario.model_copy(update={"steps": 60}), out=empty)
     assert seen[-1] == ("in place", "summary.json")
-    tables = [table for table in LEVELS["full"] if table != "attempts"]
+    tables = [table for table in LEVELS["full"] if table not in ("attempts", *OWN_MAPS)]
     for name in (*(f"{table}.parquet" for table in tables), "map.npz", "summary.json"):
         assert seen.index(("synced", f"{name}.tmp")) < seen.index(("in place", name))

@@ -155,7 +155,7 @@ def test_a_server_shows_two_missions_in_step(data, watched):
         seen = watched()
         page = seen.open(f"{server.url}#t=20")
         page.evaluate("player.clock.goTo(33); player.draw()")
-        steps = page.evaluate("player.missions.map((mission) => mission.mapStep)")
+        steps = page.evaluate("player.missions.map((mission) => mission.shownMap.step)")
         assert steps == [33, 33]
         one, other = page.evaluate("player.scenes.map((scene) => scene.shownPositions())")
         assert one == other
@@ -178,6 +178,54 @@ def test_without_webgl2_the_rest_still_works(file, watched):
     page.keyboard.press("End")
     assert page.evaluate(PIXELS, MAP) != before
     assert seen.troubles == []
+
+
+COMPARE = """(step) => {
+    const scene = player.scenes[0];
+    const pixels = (kept) => {
+        scene.still.picture.visible = kept;
+        scene.terrain.mesh.visible = !kept;
+        player.draw();
+        const copy = document.createElement("canvas");
+        copy.width = scene.canvas.width; copy.height = scene.canvas.height;
+        const ctx = copy.getContext("2d");
+        ctx.drawImage(scene.canvas, 0, 0);
+        return ctx.getImageData(0, 0, copy.width, copy.height).data;
+    };
+    const difference = (a, b) => {
+        let [sum, far] = [0, 0];
+        for (let i = 0; i < a.length; i++) {
+            sum += Math.abs(a[i] - b[i]);
+            far += Math.abs(a[i] - b[i]) > 20;
+        }
+        return [sum / a.length, far / a.length];
+    };
+    player.clock.goTo(step);
+    const [anew, kept] = [pixels(false), pixels(true)];
+    const since = window.before ? difference(kept, window.before)[0] : 0;
+    window.before = kept;
+    return [...difference(kept, anew), since, scene.redrawn];
+}"""
+
+
+def test_the_kept_picture_of_the_rock_is_the_rock(file, watched):
+    """Without a graphics card the rock is drawn once for all steps: it looks as if drawn anew."""
+    page = watched(width=640, height=480).open(f"{file.as_uri()}#t=20")
+    assert page.evaluate("!!player.scenes[0].still"), "this Chromium draws in software"
+    page.evaluate("player.scenes[0].keepPace = () => {}")
+    for step, change, least in (
+        (20, "", 0.0),
+        (60, "", 1.0),  # More is known.
+        (60, "player.scenes[0].follow(12, 25)", 3.0),
+        (60, "player.setTheme(player.look.dark ? 'light' : 'dark')", 3.0),
+    ):
+        page.evaluate(change)
+        page.evaluate("player.draw()")
+        mean, far, since, redrawn = page.evaluate(COMPARE, step)
+        assert mean < 1.0
+        assert far < 0.003
+        assert since >= least
+        assert not redrawn  # The last drawing put light on a picture that was there.
 
 
 HOSTILE = [

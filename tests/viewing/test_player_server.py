@@ -35,7 +35,9 @@ def test_files_data_and_nothing_else(server):
         answer, body = ask(server, f"/{name}")
         assert (answer.status, answer.headers["Content-Type"]) == (200, kind)
         assert len(body) > 100
-    assert json.loads(ask(server, "/runs.json")[1]) == [{"data": "run/0/data", "live": None}]
+    assert json.loads(ask(server, "/runs.json")[1]) == [
+        {"data": "run/0/data", "live": None, "belief": "run/0/belief"}
+    ]
     assert ask(server, "/run/0/data")[1] == b"some data"
     answer, body = ask(server, "/", method="HEAD")
     assert (answer.status, body) == (200, b"")

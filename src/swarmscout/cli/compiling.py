@@ -50,6 +50,7 @@ def compile_all() -> None:
     from swarmscout.destinations.registry import selectors
     from swarmscout.mission.mission import Mission
     from swarmscout.mission.scenario_files import load_scenario
+    from swarmscout.recording.explore import record_mission
     from swarmscout.worlds.arrays import world_from_array
     from swarmscout.worlds.meshes.mesh import Mesh
 
@@ -58,7 +59,7 @@ def compile_all() -> None:
     # What the defaults leave out: other rules, robots low on charge, and maps of their own.
     others = {"start": "spread", "battery.start_min": 0.0, "battery.return_rule": "distance"}
     literal = load_scenario("paper-literal", {"robots": 6, "steps": 30, **others})
-    Mission(literal, links=lambda _: np.ones((6, 6), dtype=np.bool_)).run()
+    record_mission(literal, links=lambda _: np.ones((6, 6), dtype=np.bool_)).map_at(robot=0)
     corners = np.array([[4, 0, -1], [4, 4, -1], [4, 0, 2]], dtype=np.float32)
     wall = Mesh(corners, np.array([[0, 1, 2]], dtype=np.int32))
     room = np.ones((40, 40), dtype=np.uint8)

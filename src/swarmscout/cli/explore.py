@@ -33,6 +33,7 @@ def explore(
     out: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     record: Literal["full", "curves", "summary"] = "full",
     picture: bool = True,
+    record_rrd: Annotated[Path | None, Parameter(metavar="FILE.rrd")] = None,
     view: bool = False,
     pace: Annotated[float | None, Parameter(metavar="STEPS/S")] = None,
     host: str = "127.0.0.1",
@@ -57,6 +58,7 @@ def explore(
         out: a new folder for the run; by default one in runs/ that is named after the mission.
         record: full; curves leaves out steps, maps and events; summary leaves out all tables.
         picture: draw the final map into the run's folder as map.png.
+        record_rrd: write the mission as a recording for the Rerun viewer too (extra rerun).
         view: show the mission in the browser while it runs, and until Ctrl-C.
         pace: with --view, run no faster than so many steps per second.
         host: with --view, the address to listen on; the default lets nobody in but this machine.
@@ -99,6 +101,8 @@ def explore(
             raise ScenarioError(f"--set {text} and {other} are both given: leave one of them out")
         overrides[key], origins[key] = value, "--set"
     chosen = load_scenario(scenario, overrides, origins=origins)
+    if record_rrd is not None:
+        _check_rrd(record_rrd, record)
     folder = _claim(chosen, out)
     page = None
     try:
@@ -138,10 +142,24 @@ def explore(
     print(f"run: {folder}")
     if picture:
         print(f"picture: {_draw(run, folder)}")
+    if record_rrd is not None:
+        from swarmscout.viewing.rerun_recording import record_rrd as write_rrd
+
+        print(f"recording: {write_rrd(run, record_rrd)}")
     say_others(run.scenario)
     if page is not None:
         page.stay()
     return 0
+
+
+def _check_rrd(file: Path, record: str) -> None:
+    """Say before the mission runs that no Rerun recording could be made of it."""
+    from swarmscout.core.errors import ViewError
+    from swarmscout.viewing.rerun_recording import check_rrd
+
+    if record != "full":
+        raise ViewError(f"--record-rrd needs steps and maps: leave out --record {record}")
+    check_rrd(file)
 
 
 def _key_value(text: str) -> tuple[str, Any]:

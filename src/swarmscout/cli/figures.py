@@ -20,6 +20,7 @@ def figures(
     out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
     format: Literal["png", "svg", "pdf"] = "png",
     step: int | None = None,
+    robot: int | None = None,
     dpi: int = 200,
 ) -> int:
     """Draw the paper's kinds of figure from a mission.
@@ -32,6 +33,7 @@ def figures(
         out: folder for the figures; by default figures/ in the run's folder.
         format: png, svg or pdf.
         step: the moment to show; by default the last.
+        robot: show what this robot knows, where robots have maps of their own, and its rays.
         dpi: dots per inch.
     """
     from swarmscout.recording.run import Run
@@ -40,6 +42,7 @@ def figures(
     opened = Run.open(run)
     folder = run / "figures" if out is None else out
     names = only or tuple(FIGURES)
-    for file in make_figures(opened, folder, names=names, form=format, step=step, dpi=dpi):
+    drawn = make_figures(opened, folder, names=names, form=format, step=step, robot=robot, dpi=dpi)
+    for file in drawn:
         print(f"figure: {file}")
     return 0

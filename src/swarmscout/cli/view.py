@@ -19,6 +19,7 @@ def view(
     /,
     *,
     export: Annotated[Path | None, Parameter(metavar="FILE.html")] = None,
+    own_maps: Annotated[str | None, Parameter(metavar="all|none|0,3,7")] = None,
     record_rrd: Annotated[Path | None, Parameter(metavar="FILE.rrd")] = None,
     rerun: bool = False,
     host: str = "127.0.0.1",
@@ -31,34 +32,43 @@ def view(
         run: a run's folder, of a finished mission or of a killed one.
         other: another run's folder, to be shown beside it, in step.
         export: write the page and all its data into this one file instead of serving it.
+        own_maps: with --export, whose own maps the file holds where robots know different things;
+            by default all robots', of more than 100 robots none.
         record_rrd: write the run as a recording for the Rerun viewer (extra rerun).
         rerun: open the run in the Rerun viewer instead (extra rerun).
         host: the address to listen on; the default lets nobody in but this machine.
         port: the port to listen on; by default 8642, or any free one if that is taken.
         browser: open the page in the default browser.
     """
+    from swarmscout.core.errors import ViewError
     from swarmscout.recording.run import Run
     from swarmscout.viewing.player.recorded import player_data
 
     runs = [Run.open(folder) for folder in (run, other) if folder is not None]
     if export is not None:
-        return _export(runs, export)
+        return _export(runs, export, own_maps)
+    if own_maps is not None:
+        raise ViewError("--own-maps belongs to --export: a page that is served has them all")
     if record_rrd is not None or rerun:
         return _rerun(runs, record_rrd, show=rerun)
     from swarmscout.cli.serving import serve_until_interrupted
     from swarmscout.viewing.player.server import PlayerServer, Recorded
 
-    sources = [Recorded(player_data(one)) for one in runs]
+    sources = [Recorded(player_data(one), one) for one in runs]
     with PlayerServer(sources, host, port) as server:
         serve_until_interrupted(server, browser=browser)
     return 0
 
 
-def _export(runs: list[Run], file: Path) -> int:
+def _export(runs: list[Run], file: Path, own_maps: str | None) -> int:
+    from swarmscout.viewing.player.beliefs import MOST_ROBOTS
     from swarmscout.viewing.player.export import export_page
 
-    size = export_page(runs, file).stat().st_size
+    size = export_page(runs, file, own_maps).stat().st_size
     print(f"page: {file} ({size / 1e6:.1f} MB; it needs nothing else, send it as it is)")
+    large = any(run.own_maps and run.scenario.robots > MOST_ROBOTS for run in runs)
+    if large and own_maps is None:
+        print("robots' own maps are left out, for they are many: --own-maps 0,3,7 takes some")
     return 0
 
 

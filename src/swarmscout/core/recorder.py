@@ -82,6 +82,9 @@ class StepRecord:
         decisions: the step's destination decisions, in robot order.
         coverage: one row of the ``coverage`` table without its step.
         seconds: what the clock measured: phase name to seconds.
+        evidence: int64[m, 3] rows of (robot, flat cell, increment in 1/1000 nat): what each robot's
+            own log gained in the step, by robot; None where one map serves all.
+        links: bool[N, N], who heard whom in the step; None where one map serves all.
     """
 
     step: int
@@ -102,6 +105,8 @@ class StepRecord:
     decisions: list[Decision]
     coverage: dict[str, float | int]
     seconds: dict[str, float]
+    evidence: NDArray[np.int64] | None = None
+    links: NDArray[np.bool_] | None = None
 
 
 class Recorder(Protocol):

@@ -61,6 +61,18 @@ class EvidenceLog:
             self.cells = np.pad(self.cells, more)
             self.increments = np.pad(self.increments, more)
 
+    def entries_from(self, since: NDArray[np.int64]) -> NDArray[np.int64]:
+        """int64[m, 3]: rows (robot, cell, increment) of what each log gained, by robot.
+
+        Args:
+            since: int64[N], the first entry of each that is new.
+        """
+        counts = self.length - since
+        robot = np.repeat(np.arange(len(counts)), counts)
+        # The n-th new entry of a robot stands n places behind its first one.
+        at = np.arange(len(robot)) - np.repeat(np.cumsum(counts) - counts, counts) + since[robot]
+        return np.column_stack((robot, self.cells[robot, at], self.increments[robot, at]))
+
 
 @kernel
 def scan_evidence(  # type: ignore[no-untyped-def]

@@ -65,6 +65,7 @@ class Mission:
         bodies: the truth about the robots (:class:`~swarmscout.robots.bodies.Bodies`).
         minds: what robots believe, row i of robot i (:class:`~swarmscout.minds.minds.Minds`).
         map, map_of: what the swarm knows together, and what one robot knows.
+        own_maps: whether each robot keeps a map of its own (`links` were given).
         stations_m: float64[k, 2], charging stations.
         step_number: steps made so far. explored_m2: area explored so far.
         done, end_reason: whether the mission is over, and why (None until then).
@@ -111,6 +112,7 @@ class Mission:
 
         robots = scenario.robots
         shared = links is None
+        self.own_maps = not shared
         self.headings = heading_table()
         mesh = setup.make_mesh(world, scenario)
         self.senses = Senses(scenario, ground, self.headings, mesh)
@@ -211,7 +213,10 @@ class Mission:
         self.end_reason = self._why_over()
         if self._recorder is not None:
             seconds = {"step": perf_counter() - started, "decide": self.destinations.seconds}
-            self._recorder.record(self._record(self.decisions, *changes, seconds))
+            record = self._record(self.decisions, *changes, seconds)
+            if self.own_maps:
+                record.evidence, record.links = self.log.entries_from(since), links
+            self._recorder.record(record)
 
     def run(self, on_step: Callable[[Mission], None] | None = None) -> dict[str, Any]:
         """Run what is left of the mission.

@@ -84,10 +84,14 @@ class Chunk:
         self._small = np.empty((4, rows, robots), dtype=np.int32)
         self._events = _Rows(5)
         self._changes = _Rows(3)
+        self._evidence = _Rows(4)
+        self._link_changes = _Rows(4)
+        self._links = np.zeros((robots, robots) if "links" in tables else (0, 0), dtype=np.bool_)
         self._decisions: list[tuple[Decision, str]] = []
         self._coverage: list[Mapping[str, float | int]] = []
         self._timing: list[Mapping[str, float]] = []
-        self._ends = (0, 0, 0, 0)  # steps, events, map changes, decisions that count
+        # Steps, events, map changes, decisions, evidence and changes of links that count.
+        self._ends = (0, 0, 0, 0, 0, 0)
 
     @property
     def length(self) -> int:
@@ -96,11 +100,12 @@ class Chunk:
 
     def clear(self) -> None:
         """Forget all rows; the arrays are used again."""
-        self._ends = (0, 0, 0, 0)
+        self._ends = (0, 0, 0, 0, 0, 0)
 
     def add(self, record: StepRecord) -> None:
         """Copy one step."""
-        at, events, changes, decisions = self._ends
+        at, events, changes, decisions, evidence, link_changes = self._ends
+        links = self._links
         self._step[at] = record.step
         if "steps" in self._tables:
             self._pose[at] = record.pose
@@ -118,6 +123,15 @@ class Chunk:
             events = self._events.put(events, record.step, *record.events.T)
         if "map_changes" in self._tables and len(record.map_cells):
             changes = self._changes.put(changes, record.step, record.map_cells, record.map_log_odds)
+        if "evidence" in self._tables and record.evidence is not None:
+            evidence = self._evidence.put(evidence, record.step, *record.evidence.T)
+        if "links" in self._tables and record.links is not None:
+            links = record.links & ~np.eye(self._robots, dtype=np.bool_)
+            listener, speaker = np.nonzero(links != self._links)
+            hears = links[listener, speaker].astype(np.int64)
+            link_changes = self._link_changes.put(
+                link_changes, record.step, listener, speaker, hears
+            )
         if "decisions" in self._tables and record.decisions:
             # Details are written down now: a selector may go on using the mapping it gave.
             told = [(d, _details(d)) for d in record.decisions]
@@ -125,7 +139,8 @@ class Chunk:
             decisions += len(told)
         self._coverage[at:] = [dict(record.coverage)]
         self._timing[at:] = [dict(record.seconds)]
-        self._ends = (at + 1, events, changes, decisions)
+        self._links = links
+        self._ends = (at + 1, events, changes, decisions, evidence, link_changes)
 
     def frames(self, coverage_types: Mapping[str, Any]) -> dict[str, pl.DataFrame]:
         """The chunk as tables.
@@ -139,6 +154,8 @@ class Chunk:
         make: dict[str, Callable[[], pl.DataFrame]] = {
             "steps": self._steps_frame,
             "map_changes": lambda: _whole_numbers("map_changes", self._changes, self._ends[2]),
+            "evidence": lambda: _whole_numbers("evidence", self._evidence, self._ends[4]),
+            "links": lambda: _whole_numbers("links", self._link_changes, self._ends[5]),
             "decisions": self._decisions_frame,
             "attempts": lambda: attempts_frame(
                 (d for d, _ in self._decisions[: self._ends[3]]), self._columns
@@ -269,6 +286,9 @@ def _whole_numbers(table: str, rows: _Rows, end: int) -> pl.DataFrame:
 
     schema = schema_of(table)
     return pl.DataFrame(
-        {name: rows.array[:end, i].astype(np.int32) for i, name in enumerate(schema)},
+        {
+            name: rows.array[:end, i].astype(np.bool_ if name == "hears" else np.int32)
+            for i, name in enumerate(schema)
+        },
         schema=schema,
     )

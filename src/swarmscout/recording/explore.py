@@ -16,7 +16,7 @@ from swarmscout.core.recorder import Recorder, StepRecord
 from swarmscout.core.rules import RuleKind
 from swarmscout.destinations.registry import RECOMMENDED, SELECTORS
 from swarmscout.destinations.selector import Selector
-from swarmscout.mission.mission import Mission
+from swarmscout.mission.mission import Links, Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import make_scenario
 from swarmscout.recording.run import Run
@@ -46,6 +46,7 @@ def explore(
     out: str | Path | None = None,
     record: str = "full",
     model: Model | None = None,
+    links: Links | None = None,
     **more: Any,
 ) -> Run:
     """Run a mission to its end.
@@ -63,6 +64,8 @@ def explore(
         out: a new or empty folder for the run; None keeps it in memory.
         record: ``full``; ``curves`` (no steps, maps or events); ``summary``.
         model: answers a selector that asks a language model, instead of the scenario's.
+        links: who hears whom: a step to bool[N, N]; then each robot keeps a map of its own. Nothing
+            in the run's folder says how: such a run cannot be run again from there.
         **more: further scenario keys; a section is a mapping: ``teams={"desired_size": 3}``, in
             which ``policy`` may be a policy's class or an object too.
 
@@ -100,8 +103,9 @@ def explore(
     scenario = make_scenario(keys)
     at_hand = given if isinstance(given, World) else None
     return record_mission(
-        scenario, out=out, record=record, world=at_hand, selector=rule, policy=sizes, model=model
-    )
+        scenario, out=out, record=record, world=at_hand, selector=rule, policy=sizes, model=model,
+        links=links,
+    )  # fmt: skip
 
 
 def _text(name: str, given: object) -> str:
@@ -144,6 +148,7 @@ def record_mission(
     policy: DesiredSizePolicy | None = None,
     on_step: Callable[[Mission], None] | None = None,
     model: Model | None = None,
+    links: Links | None = None,
     watchers: Sequence[Recorder] = (),
 ) -> Run:
     """Run a scenario's mission and record it.
@@ -161,6 +166,7 @@ def record_mission(
         policy: the same for desired team sizes.
         on_step: called with the mission after each step.
         model: answers a selector that asks a language model, instead of the scenario's.
+        links: who hears whom, a step to bool[N, N]; then each robot keeps a map of its own.
         watchers: further recorders, for example one that shows the mission while it runs.
 
     Raises:
@@ -174,7 +180,7 @@ def record_mission(
         recorder = _All([writer, *watchers]) if watchers else writer
         mission = Mission(
             scenario, world=world, recorder=recorder, base=base, selector=selector, policy=policy,
-            model=model,
+            model=model, links=links,
         )  # fmt: skip
         mission.run(on_step)
     except BaseException:

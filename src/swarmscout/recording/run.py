@@ -21,9 +21,10 @@ from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.recording.attempts import TEXTS
 from swarmscout.recording.kept_world import give_world_back
+from swarmscout.recording.own_maps import check_robot, own_maps_of
 from swarmscout.recording.parts import read_table
 from swarmscout.recording.run_folder import as_path
-from swarmscout.recording.tables import FORMAT, LEVELS, empty_table
+from swarmscout.recording.tables import FORMAT, LEVELS, OWN_MAPS, empty_table
 from swarmscout.worlds.footing import pitch_and_roll, stand
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ class Run:
         frame: where the map's cells lie.
         stations_m: float64[k, 2], charging stations.
         level: what was recorded: ``full``, ``curves`` or ``summary``.
+        own_maps: whether each robot kept a map of its own, because links were limited.
         facts: what ``run.json`` says: versions, robots, where the world is kept.
 
     Example:
@@ -66,6 +68,7 @@ class Run:
         self.summary = summary
         self.finished = summary is not None
         self.level = str(facts["record"])
+        self.own_maps = facts.get("maps") == "own"
         self.frame = GridFrame(**facts["frame"])
         self.stations_m = np.asarray(facts["stations_m"], dtype=np.float64).reshape(-1, 2)
         self._frames: dict[str, pl.DataFrame] = {}
@@ -157,6 +160,16 @@ class Run:
         return self.table("map_changes")
 
     @property
+    def evidence(self) -> pl.DataFrame:
+        """A row per scan and cell: what a robot's log gained; empty where one map serves all."""
+        return self.table("evidence")
+
+    @property
+    def links(self) -> pl.DataFrame:
+        """A row per change of who hears whom; without rows where everybody hears everybody."""
+        return self.table("links")
+
+    @property
     def decisions(self) -> pl.DataFrame:
         """A row per choice of a destination."""
         return self.table("decisions")
@@ -215,17 +228,18 @@ class Run:
             self._frames[name] = self._read(name)
         return self._frames[name]
 
-    def map_at(self, step: int | None = None) -> NDArray[np.int32]:
-        """The swarm's map after a step.
+    def map_at(self, step: int | None = None, *, robot: int | None = None) -> NDArray[np.int32]:
+        """The map after a step: what the swarm knew together, or one robot alone.
 
         Args:
             step: 0 … :attr:`last_step`; None for the last.
+            robot: whose map; None for the swarm's, which under full communication is everybody's.
 
         Returns:
             int32[rows, cols] log-odds as read (saturated), in 1/1000 nat; 0 where nobody looked.
 
         Raises:
-            RunError: there is no such step, or maps were not recorded.
+            RunError: there is no such step or robot, or maps were not recorded.
         """
         last = self.last_step
         wanted = last if step is None else step
@@ -233,6 +247,12 @@ class Run:
             raise RunError(f"step = {step!r}: expected a whole number, 0 to {last}")
         if not 0 <= wanted <= last:
             raise RunError(f"there is no step {wanted}: the run holds steps 0 to {last}")
+        if robot is not None:
+            check_robot(self, robot)
+            if self.own_maps:
+                maps = own_maps_of(self, [robot])
+                maps.advance(int(wanted))
+                return maps.log_odds(robot)
         if wanted == last and self.finished:
             return self._read_final_map().copy()
         changes = self.map_changes
@@ -260,8 +280,8 @@ class Run:
             raise RunError(f"a run has no table '{name}': there are {', '.join(LEVELS['full'])}")
         if name not in LEVELS[self.level]:
             raise RunError(
-                f"table '{name}' was not recorded: the run's level is '{self.level}', "
-                "record='full' keeps every table"
+                f"table '{name}' was not recorded: the run's level is '{self.level}', only "
+                "record='full' (explore --record full) keeps every table"
             )
         if self.path is None:
             frames = self._in_memory.get(name, [])
@@ -270,6 +290,8 @@ class Run:
         there = (self.path / f"{name}.parquet").exists()
         if name == "attempts" and not there and not (self.path / TEXTS).exists():
             return empty_table(name)  # Nobody was asked, or the run is older than the table.
+        if name in OWN_MAPS and not self.own_maps:
+            return empty_table(name)
         if self.finished and not there:
             raise RunError(f"'{self.path / f'{name}.parquet'}' is missing: the run is damaged")
         frame = read_table(self.path, name)

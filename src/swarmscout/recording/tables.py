@@ -20,6 +20,7 @@ __all__ = [
     "CONTACTS",
     "FORMAT",
     "LEVELS",
+    "OWN_MAPS",
     "PART_STEPS",
     "TABLES",
     "check_level",
@@ -34,11 +35,25 @@ FORMAT = 1
 PART_STEPS = 50
 """Steps in one part of a table: a killed mission loses fewer than these."""
 
-TABLES = ("steps", "map_changes", "decisions", "attempts", "events", "timing", "coverage")
+TABLES = (
+    "steps",
+    "map_changes",
+    "evidence",
+    "links",
+    "decisions",
+    "attempts",
+    "events",
+    "timing",
+    "coverage",
+)
 """Every table. ``coverage`` is last: its part is written after the others and vouches for them.
 
-``attempts`` is kept by missions that ask a language model, and by no others.
+``attempts`` is kept by missions that ask a language model, ``evidence`` and ``links`` by missions
+whose robots have maps of their own (:data:`OWN_MAPS`), and by no others.
 """
+
+OWN_MAPS = ("evidence", "links")
+"""Tables from which each robot's own map follows."""
 
 LEVELS: dict[str, tuple[str, ...]] = {
     "full": TABLES,
@@ -94,6 +109,10 @@ def schema_of(table: str) -> dict[str, Any]:
         }
     if table == "map_changes":
         return {"step": pl.Int32, "cell": pl.Int32, "log_odds": pl.Int32}
+    if table == "evidence":
+        return {"step": pl.Int32, "robot": pl.Int32, "cell": pl.Int32, "increment": pl.Int32}
+    if table == "links":
+        return {"step": pl.Int32, "listener": pl.Int32, "speaker": pl.Int32, "hears": pl.Boolean}
     if table == "decisions":
         return {
             "step": pl.Int32,

@@ -25,7 +25,7 @@ from swarmscout.recording.kept_rules import keep_rules
 from swarmscout.recording.kept_world import keep_world
 from swarmscout.recording.parts import join_parts, write_part, write_table, write_whole
 from swarmscout.recording.run_folder import as_path, claim_folder
-from swarmscout.recording.tables import FORMAT, LEVELS, PART_STEPS, check_level
+from swarmscout.recording.tables import FORMAT, LEVELS, OWN_MAPS, PART_STEPS, check_level
 
 if TYPE_CHECKING:
     import polars as pl
@@ -96,10 +96,13 @@ class RunWriter:
         frame = mission.frame
         if mission.asker is None:
             self._tables = tuple(table for table in self._tables if table != "attempts")
+        if not mission.own_maps:
+            self._tables = tuple(table for table in self._tables if table not in OWN_MAPS)
         self._facts = {
             "format": FORMAT,
             **_written_by(),
             "record": self.level,
+            "maps": "own" if mission.own_maps else "one",
             "robots": mission.scenario.robots,
             "frame": plain(asdict(frame)),
             "stations_m": plain(mission.stations_m),

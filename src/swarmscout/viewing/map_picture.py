@@ -131,17 +131,18 @@ def _map_signs() -> list[Patch]:
     ]
 
 
-def labels_at(run: Run, step: int | None = None) -> NDArray[np.uint8]:
-    """uint8[rows, cols] labels (codes ``LABELS``) of the swarm's map after a step.
+def labels_at(run: Run, step: int | None = None, robot: int | None = None) -> NDArray[np.uint8]:
+    """uint8[rows, cols] labels (codes ``LABELS``) of a map after a step.
 
     Args:
         run: a run.
         step: None for the last.
+        robot: whose map; None for the swarm's.
 
     Raises:
-        RunError: there is no such step, or the map was not recorded.
+        RunError: there is no such step or robot, or the map was not recorded.
     """
-    log_odds = run.map_at(step)
+    log_odds = run.map_at(step, robot=robot)
     labels = np.full(log_odds.shape, UNKNOWN, dtype=np.uint8)
     labels[log_odds < log_odds_of(run.scenario.map.free_below)] = FREE
     labels[log_odds > log_odds_of(run.scenario.map.occupied_above)] = OCCUPIED

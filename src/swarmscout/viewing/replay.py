@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from swarmscout.core.codes import CHARGE, FREE, MODES, OCCUPIED, UNKNOWN
 from swarmscout.core.errors import RunError
 from swarmscout.mapping.log_odds import log_odds_of
+from swarmscout.recording.own_maps import check_robot, own_maps_of
 
 if TYPE_CHECKING:
     from swarmscout.recording.run import Run
@@ -66,17 +67,19 @@ class Replay:
 
     Args:
         run: recorded with ``record="full"``.
+        robot: whose map the moments show; None for the swarm's.
 
     Attributes:
         last: the last step.
         explored_m2: float64[last + 1], explored area.
 
     Raises:
-        RunError: steps were not recorded, or there is none.
+        RunError: steps were not recorded, or there is none; or there is no such robot.
     """
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: Run, robot: int | None = None) -> None:
         self.run = run
+        self.robot = robot
         steps, robots = run.steps, run.scenario.robots
         count = steps.height // robots
         if not count:
@@ -95,13 +98,21 @@ class Replay:
         self._charging = mode == CHARGE
         self.explored_m2 = run.coverage["explored_m2"].to_numpy()[:count]
         changes = run.map_changes
-        self._cells = changes["cell"].to_numpy()
+        self._ever_changed = np.unique(changes["cell"].to_numpy())
+        at, self._cells = changes["step"].to_numpy(), changes["cell"].to_numpy()
         odds = changes["log_odds"].to_numpy()
+        if robot is not None:
+            check_robot(run, robot)
+            if run.own_maps:
+                maps = own_maps_of(run, [robot])
+                maps.advance(self.last)
+                own = maps.changes(robot)
+                at, self._cells, odds = own.step, own.cell, own.log_odds
         scenario = run.scenario.map
         self._new = np.full(len(odds), UNKNOWN, dtype=np.uint8)
         self._new[odds < log_odds_of(scenario.free_below)] = FREE
         self._new[odds > log_odds_of(scenario.occupied_above)] = OCCUPIED
-        self._ends = np.searchsorted(changes["step"].to_numpy(), np.arange(count), side="right")
+        self._ends = np.searchsorted(at, np.arange(count), side="right")
         self._labels = np.zeros(run.frame.size, dtype=np.uint8)
         self._at = -1
 
@@ -128,7 +139,7 @@ class Replay:
     def window(self) -> tuple[float, float, float, float]:
         """``(left, right, bottom, top)`` in metres of all that was mapped, and of all robots."""
         frame = self.run.frame
-        cells = np.unique(self._cells[self._new != UNKNOWN])
+        cells = self._ever_changed
         places = np.column_stack([self._x_m[-1], self._y_m[-1]])
         points = np.concatenate([frame.centres_of(frame.unflat_many(cells)), places])
         (left, bottom), (right, top) = points.min(axis=0) - MARGIN_M, points.max(axis=0) + MARGIN_M

@@ -22,7 +22,7 @@ from swarmscout.viewing.replay import Moment, Replay
 if TYPE_CHECKING:
     from swarmscout.recording.run import Run
 
-__all__ = ["record_rrd", "show_rrd"]
+__all__ = ["check_rrd", "record_rrd", "show_rrd"]
 
 EXPLORE, CHARGE, STRANDED = (230, 60, 50), (40, 180, 100), (110, 150, 200)
 DESTINATION, STATION = (150, 90, 230), (0, 140, 80)
@@ -30,6 +30,28 @@ MAP_COLOURS = np.array([(158, 158, 158), (255, 255, 255), (0, 0, 0), (92, 212, 9
 MOST_CELLS = 30_000
 LIGHT_EVERY = 5
 """The cave's lights are brought up to date every so many steps: they are most of the file."""
+
+
+def check_rrd(file: str | Path) -> Path:
+    """Whether a recording could be written: before a mission that would be in vain.
+
+    Returns:
+        The file.
+
+    Raises:
+        ViewError: Rerun is not installed, or the file has another kind of name.
+        RunError: the file's folder is missing.
+    """
+    path = Path(file)
+    if path.suffix != ".rrd":
+        raise ViewError(f"'{path}': a Rerun recording's name ends in .rrd")
+    try:
+        import rerun  # noqa: F401
+    except ImportError:
+        raise ViewError("Rerun is not installed: pip install 'swarmscout[rerun]'") from None
+    if not path.parent.is_dir():
+        raise RunError(f"cannot write '{path}': there is no folder '{path.parent}'")
+    return path
 
 
 def record_rrd(run: Run, file: str | Path) -> Path:
@@ -46,13 +68,9 @@ def record_rrd(run: Run, file: str | Path) -> Path:
         ViewError: Rerun is not installed, or the file has another kind of name.
         RunError: the run cannot be shown, or the file cannot be written.
     """
-    path = Path(file)
-    if path.suffix != ".rrd":
-        raise ViewError(f"'{path}': a Rerun recording's name ends in .rrd")
-    try:
-        import rerun as rr
-    except ImportError:
-        raise ViewError("Rerun is not installed: pip install 'swarmscout[rerun]'") from None
+    path = check_rrd(file)
+    import rerun as rr
+
     replay = Replay(run)
     name = path.stem if run.path is None else run.path.resolve().name
     recording = rr.RecordingStream("swarmscout", recording_id=name, send_properties=False)
@@ -60,12 +78,13 @@ def record_rrd(run: Run, file: str | Path) -> Path:
         path.touch()
     except OSError as error:
         raise RunError(f"cannot write '{path}': {error.strerror or error}") from None
-    recording.save(path, default_blueprint=_layout())
     relief = relief_of(run.world(), MOST_CELLS)
+    recording.save(path, default_blueprint=_layout(replay, relief))
     cells = _mesh(rr, recording, relief)
     frame = run.frame
     at = frame.cells_of(relief.frame.centres_of(cells))
     at = np.clip(at, 0, np.array(frame.shape) - 1)
+    recording.log("cave", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     stations = _raised(run.stations_m, relief, 0.3)
     recording.log("cave/stations", rr.Points3D(stations, colors=STATION, radii=0.5), static=True)
     height = frame.rows * frame.cell_m
@@ -109,21 +128,35 @@ def show_rrd(file: Path) -> int:
     return subprocess.call([sys.executable, "-m", "rerun", *address, str(file)])
 
 
-def _layout() -> Any:
-    """The cave large, the map, curves and decisions beside it."""
+def _layout(replay: Replay, relief: Relief) -> Any:
+    """The cave large, seen from above; the map, curves and decisions beside it."""
     import rerun.blueprint as rrb
 
+    left, right, bottom, top = replay.window()
+    middle = _raised(np.array([[(left + right) / 2, (bottom + top) / 2]]), relief, 0.0)[0]
+    far = max(12.0, right - left, 1.4 * (top - bottom))
+    above = middle + np.array([0.0, -0.6 * far, 0.9 * far])
+    eye = rrb.EyeControls3D(position=above, look_target=middle, eye_up=(0.0, 0.0, 1.0))
+    frame = replay.run.frame
+    x = (np.array([left, right]) - frame.origin_x_m) / frame.cell_m
+    y = frame.rows - (np.array([top, bottom]) - frame.origin_y_m) / frame.cell_m
+    bounds = rrb.VisualBounds2D(x_range=x, y_range=y)
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Spatial3DView(origin="cave", name="Cave"),
+            rrb.Spatial3DView(
+                origin="cave",
+                name="Cave",
+                eye_controls=eye,
+                line_grid=rrb.LineGrid3D(visible=False),
+            ),
             rrb.Vertical(
-                rrb.Spatial2DView(origin="map", name="Map"),
-                rrb.TimeSeriesView(origin="curves", name="Explored area, teams"),
+                rrb.Spatial2DView(origin="map", name="Map", visual_bounds=bounds),
+                rrb.TimeSeriesView(origin="curves", name="Explored area (m²), teams"),
                 rrb.TextLogView(origin="decisions", name="Decisions"),
             ),
             column_shares=[2, 1],
         ),
-        rrb.TimePanel(timeline="step"),
+        rrb.TimePanel(timeline="step", state="collapsed"),
         collapse_panels=True,
     )
 
@@ -156,6 +189,12 @@ def _mesh(rr: Any, recording: Any, relief: Relief) -> NDArray[np.int64]:
 def _log_swarm(rr: Any, recording: Any, moment: Moment, relief: Relief, run: Run) -> None:
     places = _raised(moment.place_m, relief, 0.15)
     recording.log("cave/robots", rr.Points3D(places, colors=_colours(moment), radii=0.3))
+    facing = np.column_stack([np.cos(moment.heading_rad), np.sin(moment.heading_rad)])
+    ahead = _raised(moment.place_m + 0.6 * facing, relief, 0.15) - places
+    recording.log(
+        "cave/headings",
+        rr.Arrows3D(origins=places, vectors=ahead, colors=_colours(moment), radii=0.08),
+    )
     goals = [team for team in moment.teams if team.destination_m is not None]
     ends = np.array([team.destination_m for team in goals]).reshape(-1, 2)
     starts = moment.place_m[[team.leader for team in goals]]

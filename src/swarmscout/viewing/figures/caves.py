@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from swarmscout.viewing.figures.maps import draw_map
+from swarmscout.viewing.figures.maps import draw_map, title_of
 from swarmscout.viewing.figures.style import PAGE_INCHES
 from swarmscout.viewing.figures.swarm import draw_swarm
 from swarmscout.viewing.overview import LIGHT, Overview
@@ -53,7 +53,7 @@ def cave_and_map(replay: Replay, step: int) -> Figure:
     _draw(cave, replay, moment, view, size=3.4)
     draw_map(chart, replay, moment, size=3.0)
     chart.set(xlabel="x (m)", ylabel="y (m)")
-    figure.suptitle(f"step {moment.step} · {moment.explored_m2:.0f} m² explored", fontsize=8.5)
+    figure.suptitle(title_of(replay, moment), fontsize=8.5)
     handles = chart.get_legend_handles_labels()
     figure.legend(
         *handles, loc="outside lower center", ncols=7, handletextpad=0.2, columnspacing=1.0

@@ -42,6 +42,7 @@ def make_figures(
     names: Sequence[str] = tuple(FIGURES),
     form: str = "png",
     step: int | None = None,
+    robot: int | None = None,
     dpi: int = DPI,
 ) -> list[Path]:
     """Draw figures of a run; the same run gives the same bytes.
@@ -52,13 +53,15 @@ def make_figures(
         names: which of :data:`FIGURES`.
         form: ``png``, ``svg`` or ``pdf``.
         step: the moment to show; None for the last.
+        robot: whose map to show, and whose rays; None for the swarm's map.
         dpi: dots per inch, of PNG and of pictures inside the others.
 
     Returns:
         The files.
 
     Raises:
-        RunError: there is no such step, the run cannot be shown, or a file cannot be written.
+        RunError: there is no such step or robot, the run cannot be shown, or a file cannot be
+            written.
         ViewError: there is no such figure, form or resolution.
 
     Example:
@@ -71,7 +74,7 @@ def make_figures(
         raise ViewError(f"figures cannot be '{form}': {did_you_mean(form, FORMS)}")
     if not 30 <= dpi <= 1200:
         raise ViewError(f"{dpi} dots per inch: give 30 to 1200")
-    replay = Replay(run)
+    replay = Replay(run, robot)
     at = replay.last if step is None else step
     replay.moment(at)  # Before anything slow: is there such a step?
     out = Path(folder)

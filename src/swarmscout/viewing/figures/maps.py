@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_map", "growing_map", "team_map"]
+__all__ = ["draw_map", "growing_map", "team_map", "title_of"]
+
+OF_THIS_ROBOT = "#b35c00"
 
 SHARES = (0.1, 0.4, 0.7, 1.0)
 """The moments of a growing map, as shares of the mission."""
@@ -38,7 +40,7 @@ def team_map(replay: Replay, step: int) -> Figure:
     moment = replay.moment(step)
     draw_map(axes, replay, moment, size=4.6)
     _name_one_that_charges(axes, replay, moment)
-    axes.set(xlabel="x (m)", ylabel="y (m)", title=_title(moment))
+    axes.set(xlabel="x (m)", ylabel="y (m)", title=title_of(replay, moment))
     ncols = 4 if width > 5 else 3
     figure.legend(loc="outside lower center", ncols=ncols, handletextpad=0.3, columnspacing=1.2)
     return figure
@@ -57,7 +59,10 @@ def growing_map(replay: Replay, step: int) -> Figure:
         axes = figure.add_subplot(rows, columns, k + 1)
         moment = replay.moment(round(share * step))
         draw_map(axes, replay, moment, size=2.6, teams=False)
-        axes.set(xticks=[], yticks=[], title=_title(moment))
+        area = "" if replay.robot is not None else f" · {moment.explored_m2:.0f} m²"
+        axes.set(xticks=[], yticks=[], title=f"step {moment.step}{area}")
+    if replay.robot is not None:
+        figure.suptitle(f"what robot {replay.robot} knows", fontsize=8.5)
     handles = axes.get_legend_handles_labels()
     figure.legend(*handles, loc="outside lower center", ncols=5, handletextpad=0.3)
     return figure
@@ -87,6 +92,11 @@ def draw_map(
     draw_swarm(
         axes, moment, replay.run.stations_m, lambda points: points, 1.0, size=size, teams=teams
     )
+    if replay.robot is not None:
+        axes.plot(
+            *moment.place_m[replay.robot], "o", color="none", markeredgecolor=OF_THIS_ROBOT,
+            markeredgewidth=1.2, markersize=2.6 * size, zorder=9, label=f"robot {replay.robot}",
+        )  # fmt: skip
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
 
 
@@ -105,5 +115,8 @@ def _name_one_that_charges(axes: Axes, replay: Replay, moment: Moment) -> None:
     )  # fmt: skip
 
 
-def _title(moment: Moment) -> str:
-    return f"step {moment.step} · {moment.explored_m2:.0f} m²"
+def title_of(replay: Replay, moment: Moment) -> str:
+    """The step, and how much is explored or whose map is shown."""
+    if replay.robot is not None:
+        return f"step {moment.step} · what robot {replay.robot} knows"
+    return f"step {moment.step} · {moment.explored_m2:.0f} m² explored"

@@ -36,7 +36,7 @@ def sensor_fan(replay: Replay, step: int) -> Figure:
         raise RunError("nobody measures in step 0: ask for a later step")
     ranges, place, heading = _scan(replay, step)
     scenario = replay.run.scenario
-    robot = _telling(ranges)
+    robot = _telling(ranges) if replay.robot is None else replay.robot
     sensor, radius_m = scenario.sensor, scenario.body.radius_m
     offsets = np.linspace(-sensor.fan_deg, sensor.fan_deg, sensor.rays) if sensor.rays > 1 else [0]
     facing = heading[robot] * (2 * np.pi / TICKS)
@@ -46,6 +46,7 @@ def sensor_fan(replay: Replay, step: int) -> Figure:
 
     frame = replay.run.frame
     labels = replay.moment(step).labels
+    whose = "" if replay.robot is None else ", its own map"
     figure = Figure(figsize=(3.4, 3.6), layout="constrained")
     axes = figure.add_subplot(facecolor=MAP_COLOURS[0])
     axes.imshow(
@@ -74,7 +75,7 @@ def sensor_fan(replay: Replay, step: int) -> Figure:
     axes.plot(*zip((x, y), (x, y) + radius_m * ahead, strict=True), color="white", zorder=6)
     axes.set(
         xlim=(x - reach, x + reach), ylim=(y - reach, y + reach), aspect="equal",
-        xlabel="x (m)", ylabel="y (m)", title=f"robot {robot}, step {step}",
+        xlabel="x (m)", ylabel="y (m)", title=f"robot {robot}, step {step}{whose}",
     )  # fmt: skip
     figure.legend(loc="outside lower center", ncols=3, handletextpad=0.5)
     return figure

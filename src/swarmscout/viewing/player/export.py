@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from swarmscout.core.errors import ViewError
 from swarmscout.recording.parts import write_whole
+from swarmscout.viewing.player.beliefs import chosen_robots, packed_beliefs
 from swarmscout.viewing.player.page import one_file
 from swarmscout.viewing.player.recorded import player_data
 
@@ -17,19 +18,21 @@ if TYPE_CHECKING:
 __all__ = ["export_page"]
 
 
-def export_page(runs: Sequence[Run], file: str | Path) -> Path:
+def export_page(runs: Sequence[Run], file: str | Path, own_maps: str | None = None) -> Path:
     """Write one page that shows one run, or two side by side; it needs no other file and no net.
 
     Args:
         runs: one run, or two.
         file: where to; its name ends in ``.html``.
+        own_maps: whose own maps the file holds where maps differ: ``all``, ``none``, or robots'
+            numbers as in ``0,3,7``; None: all, or none of a swarm of more than 100.
 
     Returns:
         The file.
 
     Raises:
-        RunError: a run cannot be shown, or the file cannot be written.
-        ViewError: the file has another kind of name.
+        RunError: a run cannot be shown, there is no such robot, or the file cannot be written.
+        ViewError: the file has another kind of name, or `own_maps` means nothing.
 
     Example:
         >>> export_page([Run.open("runs/mine")], "mission.html")  # doctest: +SKIP
@@ -38,5 +41,8 @@ def export_page(runs: Sequence[Run], file: str | Path) -> Path:
     if path.suffix.lower() not in (".html", ".htm"):
         raise ViewError(f"'{path}': a page's name ends in .html, for example '{path.stem}.html'")
     names = [run.path.resolve().name if run.path is not None else "mission" for run in runs]
-    write_whole(path, one_file(" | ".join(names), [player_data(run) for run in runs]))
+    robots = [chosen_robots(run, own_maps) for run in runs]
+    beliefs = [packed_beliefs(run, chosen) for run, chosen in zip(runs, robots, strict=True)]
+    page = one_file(" | ".join(names), [player_data(run) for run in runs], beliefs)
+    write_whole(path, page)
     return path

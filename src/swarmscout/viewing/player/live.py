@@ -1,7 +1,8 @@
 """A running mission as a source of the player: a recorder that remembers what the page needs.
 
 A step costs the mission a dozen small copies; whatever is made of them is made by the thread of the
-browser that asks. Memory: 30 bytes per robot and step, whether anybody looks or not.
+browser that asks. Memory: 30 bytes per robot and step, whether anybody looks or not, and about 100
+more where each robot has a map of its own.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from numpy.typing import NDArray
 
 from swarmscout.core.recorder import Decision, StepRecord
 from swarmscout.recording.chunk import plain
+from swarmscout.recording.own_maps import GatheredEvidence, OwnMaps
+from swarmscout.viewing.player.beliefs import Beliefs
 from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, robot_columns
 from swarmscout.viewing.player.questions import questions_live
 from swarmscout.viewing.player.recorded import mission_packet
@@ -61,13 +64,20 @@ class LiveMission:
         self._steps: list[_Step] = []
         self._ending: dict[str, Any] | None = None
         self._came = threading.Condition()
+        self._gathered: GatheredEvidence | None = None
+        self._beliefs: Beliefs | None = None
 
     def begin(self, mission: Any) -> None:
         """Take what does not change."""
         self._columns = mission.frame.columns
         self._head = mission_packet(
-            self.name, mission.scenario, mission.world, mission.frame, mission.stations_m, {}
-        )
+            self.name, mission.scenario, mission.world, mission.frame, mission.stations_m,
+            {"own_maps": mission.own_maps},
+        )  # fmt: skip
+        if mission.own_maps:
+            self._gathered = gathered = GatheredEvidence(mission.scenario.robots)
+            frame, model = mission.frame, mission.grids.model
+            self._beliefs = Beliefs(lambda robots: OwnMaps(gathered, robots, frame, model))
 
     def record(self, record: StepRecord) -> None:
         """Take a step."""
@@ -85,6 +95,8 @@ class LiveMission:
             decisions=record.decisions,
             coverage=dict(record.coverage),
         )
+        if self._gathered is not None and record.evidence is not None and record.links is not None:
+            self._gathered.add(record.evidence, record.links)
         with self._came:
             self._steps.append(step)
             self._came.notify_all()
@@ -124,6 +136,14 @@ class LiveMission:
         if not steps:
             return b"", first
         return pack_block(self._block(first, steps)), first + len(steps)
+
+    def belief(self, robot: int, first: int) -> bytes | None:
+        """One robot's map from step `first` on, a gzipped packet; None where there is none."""
+        if self._gathered is None or self._beliefs is None or robot >= self._gathered.robots:
+            return None
+        last = self._gathered.steps
+        packet = self._beliefs.packet(robot, min(first, last + 1), last)
+        return gzip.compress(packet, compresslevel=1, mtime=0)
 
     def ending(self) -> dict[str, Any] | None:
         """What there is to say at the end of the mission, or None while it runs."""

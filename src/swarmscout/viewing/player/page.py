@@ -11,7 +11,7 @@ import hashlib
 import html
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -31,6 +31,7 @@ PAGE_FILES: dict[str, str] = {
             "vendor/OrbitControls",
             "elements",
             "packets",
+            "history",
             "mission",
             "sensing",
             "colours",
@@ -39,6 +40,7 @@ PAGE_FILES: dict[str, str] = {
             "overlay",
             "map",
             "terrain",
+            "still",
             "robots",
             "scene",
             "curves",
@@ -47,6 +49,7 @@ PAGE_FILES: dict[str, str] = {
             "timeline",
             "clock",
             "sources",
+            "ownmap",
             "pointing",
             "typing",
             "main",
@@ -80,13 +83,19 @@ def served_policy() -> str:
     )
 
 
-def one_file(title: str, missions: Sequence[bytes]) -> bytes:
+def one_file(
+    title: str,
+    missions: Sequence[bytes],
+    beliefs: Sequence[Mapping[int, bytes]] = (),
+) -> bytes:
     """The page as one HTML file.
 
     Args:
         title: what the browser shows in its tab.
         missions: each mission's data, as :func:`swarmscout.viewing.player.recorded.player_data`
             makes it; one or two.
+        beliefs: for each mission the maps of single robots, as
+            :func:`swarmscout.viewing.player.beliefs.packed_beliefs` makes them.
     """
     styles = [file_bytes(name) for name in PAGE_FILES if name.endswith(".css")]
     start = file_bytes("standalone.js")
@@ -103,6 +112,12 @@ def one_file(title: str, missions: Sequence[bytes]) -> bytes:
     body += [
         f'<script type="application/x-mission">{base64.b64encode(data).decode()}</script>'
         for data in missions
+    ]
+    body += [
+        f'<script type="application/x-belief" data-mission="{k}" data-robot="{robot}">'
+        f"{base64.b64encode(data).decode()}</script>"
+        for k, maps in enumerate(beliefs)
+        for robot, data in maps.items()
     ]
     body.append(f"<script>{start.decode()}</script>")
     page = file_bytes("index.html").decode()

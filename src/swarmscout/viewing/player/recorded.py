@@ -38,7 +38,12 @@ def player_data(run: Run) -> bytes:
     Raises:
         RunError: steps were not recorded, or the world cannot be had back.
     """
-    facts = {"finished": run.finished, "summary": run.summary, "version": run.facts["version"]}
+    facts = {
+        "finished": run.finished,
+        "summary": run.summary,
+        "version": run.facts["version"],
+        "own_maps": run.own_maps,
+    }
     name = "run" if run.path is None else run.path.resolve().name
     packet = mission_packet(name, run.scenario, run.world(), run.frame, run.stations_m, facts)
     return gzip.compress(packet + pack_block(block_of(run)), compresslevel=6, mtime=0)

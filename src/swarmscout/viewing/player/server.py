@@ -15,12 +15,16 @@ import json
 import threading
 from collections.abc import Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 from urllib.parse import parse_qs, urlsplit
 
 from swarmscout.core.errors import ViewError
 from swarmscout.core.version import package_version
+from swarmscout.viewing.player.beliefs import packed_beliefs
 from swarmscout.viewing.player.page import PAGE_FILES, file_bytes, served_policy
+
+if TYPE_CHECKING:
+    from swarmscout.recording.run import Run
 
 __all__ = ["PlayerServer", "Recorded", "Source"]
 
@@ -41,6 +45,9 @@ class Source(Protocol):
     def news(self, first: int, wait_s: float) -> tuple[bytes, int]:
         """The steps from `first` on as a packet, and what follows on them; b"" if none came."""
 
+    def belief(self, robot: int, first: int) -> bytes | None:
+        """One robot's map from step `first` on, a gzipped packet; None where there is none."""
+
     def ending(self) -> dict[str, Any] | None:
         """What there is to say at the end of the mission, or None while it runs."""
 
@@ -50,12 +57,15 @@ class Recorded:
 
     Args:
         packed: what :func:`swarmscout.viewing.player.recorded.player_data` made of it.
+        run: the run itself, for the maps of single robots.
     """
 
     live = False
 
-    def __init__(self, packed: bytes) -> None:
+    def __init__(self, packed: bytes, run: Run | None = None) -> None:
         self._packed = packed
+        self._run = run if run is not None and run.own_maps else None
+        self._beliefs: dict[int, bytes] = {}
 
     def data(self) -> bytes:
         """Everything."""
@@ -64,6 +74,14 @@ class Recorded:
     def news(self, first: int, wait_s: float) -> tuple[bytes, int]:
         """There are none."""
         return b"", first
+
+    def belief(self, robot: int, first: int) -> bytes | None:
+        """One robot's map over the whole run."""
+        if self._run is None or robot >= self._run.scenario.robots:
+            return None
+        if robot not in self._beliefs:
+            self._beliefs |= packed_beliefs(self._run, [robot])
+        return self._beliefs[robot]
 
     def ending(self) -> dict[str, Any] | None:
         """It has ended long ago."""
@@ -176,7 +194,11 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(200, PAGE_FILES[name], file_bytes(name))
         elif path == "runs.json":
             runs = [
-                {"data": f"run/{k}/data", "live": f"run/{k}/live" if source.live else None}
+                {
+                    "data": f"run/{k}/data",
+                    "live": f"run/{k}/live" if source.live else None,
+                    "belief": f"run/{k}/belief",
+                }
                 for k, source in enumerate(self.server.sources)
             ]
             self._send(200, "application/json", json.dumps(runs).encode())
@@ -189,7 +211,7 @@ class _Handler(BaseHTTPRequestHandler):
         known = {
             f"run/{k}/{what}": (source, what)
             for k, source in enumerate(self.server.sources)
-            for what in ("data", "live")
+            for what in ("data", "live", "belief")
         }
         if path not in known:
             self._say(404, "there is nothing here")
@@ -197,6 +219,12 @@ class _Handler(BaseHTTPRequestHandler):
         source, what = known[path]
         if what == "data":
             self._send(200, "application/octet-stream", source.data())
+        elif what == "belief":
+            packet = source.belief(self._number("robot"), self._number("from"))
+            if packet is None:
+                self._say(404, "this robot has no map of its own")
+            else:
+                self._send(200, "application/octet-stream", packet)
         elif self.command == "GET":
             self._stream(source)
 
@@ -218,8 +246,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _stream(self, source: Source) -> None:
         """Send news until the mission ends or the browser goes away."""
-        asked = parse_qs(self.path.partition("?")[2]).get("from", ["0"])[0]
-        first = int(asked) if asked.isdecimal() and len(asked) < 10 else 0
+        first = self._number("from")
         self._head(200, "text/event-stream")
         self.close_connection = True
         pause = threading.Event()
@@ -233,6 +260,11 @@ class _Handler(BaseHTTPRequestHandler):
                 return
             else:
                 self.wfile.write(b": still here\n\n")
+
+    def _number(self, name: str) -> int:
+        """A whole number of the query, 0 if it has none."""
+        asked = parse_qs(self.path.partition("?")[2]).get(name, ["0"])[0]
+        return int(asked) if asked.isascii() and asked.isdecimal() and len(asked) < 10 else 0
 
     def _event(self, name: str, data: bytes) -> None:
         self.wfile.write(b"event: " + name.encode() + b"\ndata: " + data + b"\n\n")

@@ -4,9 +4,10 @@
 
 import { element } from "./elements.js";
 
+const WHOLE = [1, 2, 5].flatMap((n) => [0, 1, 2, 3, 4, 5].map((power) => n * 10 ** power)).sort((a, b) => a - b);
 const CHARTS = [
   { key: "explored", title: "explored area (m²)", height: 1.35, series: ["explored_m2"] },
-  { key: "charge", title: "charge: mean and least (%)", height: 1, series: ["mean", "least"] },
+  { key: "charge", title: "charge: mean and least (%)", height: 1, most: 100, series: ["mean", "least"] },
   { key: "teams", title: "teams · charging", height: 1, series: ["teams", "charging"] },
 ];
 
@@ -100,10 +101,10 @@ export class Curves {
     const options = {
       width: 300, height: 90, legend: { show: false }, padding: [6, 10, 0, 0],
       cursor: { y: false, points: { show: false }, drag: { setScale: false, x: false } },
-      scales: { x: { time: false }, y: { range: (_, __, high) => [0, high > 0 ? high * 1.08 : 1] } },
+      scales: { x: { time: false }, y: { range: (_, __, high) => [0, chart.most ?? (high > 0 ? high * 1.08 : 1)] } },
       axes: [
         { ...axis, size: 20, gap: 2, space: 60 },
-        { ...axis, size: 44, gap: 3, space: 26 },
+        { ...axis, size: 44, gap: 3, space: 12, incrs: WHOLE },
       ],
       series,
       hooks: {
@@ -122,10 +123,13 @@ export class Curves {
   #placeCursor(plot) {
     const { cursor, output, chart } = plot.ours;
     cursor.style.transform = `translateX(${plot.valToPos(this.step, "x")}px)`;
-    const numbers = this.missions.flatMap((_, k) =>
-      chart.series.map((name) => this.#values(k, name)[this.step]),
+    const told = this.missions.map((_, k) =>
+      chart.series
+        .map((name) => this.#values(k, name)[this.step])
+        .map((number) => (number == null ? "–" : Math.round(number)))
+        .join(" · "),
     );
-    output.textContent = numbers.map((number) => (number == null ? "–" : Math.round(number))).join(" · ");
+    output.textContent = told.length > 1 ? told.map((text, k) => `${"AB"[k]}: ${text}`).join("   ") : told[0];
   }
 
   #listen(plot) {

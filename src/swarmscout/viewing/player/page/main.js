@@ -6,8 +6,9 @@ import { Curves } from "./curves.js";
 import { Decisions } from "./decisions.js";
 import { MapView } from "./map.js";
 import { hearPointer, savePicture } from "./pointing.js";
-import { hasWebGL2, SceneView } from "./scene.js";
+import { drawsWith, SceneView } from "./scene.js";
 import { listen, loadMissions } from "./sources.js";
+import { OwnMap, tellWhose } from "./ownmap.js";
 import { element } from "./elements.js";
 import { aboutRobot, aboutRun, toldState } from "./telling.js";
 import { teamsOf } from "./teams.js";
@@ -27,9 +28,12 @@ class Player {
     this.clock.last = this.#last();
     const redraw = () => this.refresh();
     this.maps = this.missions.map((mission, k) => new MapView(this.#pane("maps", k, 1), mission, redraw));
+    this.ownMap = new OwnMap(loaded, () => this.refresh());
     this.scenes = [];
-    if (hasWebGL2()) {
-      this.scenes = this.missions.map((mission, k) => new SceneView(this.#pane("scenes", k, 2), mission, redraw));
+    const means = drawsWith();
+    if (means !== "none") {
+      this.scenes = this.missions.map((mission, k) =>
+        new SceneView(this.#pane("scenes", k, 2), mission, redraw, means === "processor"));
       this.#tieCameras();
     } else {
       document.body.classList.add("no3d");
@@ -47,6 +51,11 @@ class Player {
     this.#hearButtons();
     hearKeys(this);
     loaded.forEach(({ mission, live }) => live && this.#hear(mission, live));
+    if (!loaded.some(({ live }) => live)) {
+      const told = this.missions.map((mission, k) => [toldState("recorded", mission), "AB"[k]]).filter(([text]) => text);
+      $("state").textContent = told.map(([text, name]) => (this.missions.length > 1 ? `${name}: ${text}` : text)).join(" · ");
+    }
+    document.body.classList.toggle("pair", this.missions.length > 1);
     document.title = `${this.mission.facts.name} · swarmscout`;
     $("title").textContent = this.missions.map((mission) => mission.facts.name).join(" | ");
     $("facts").textContent = aboutRun(this.mission, this.missions.length);
@@ -61,6 +70,7 @@ class Player {
     for (let i = 0; i < canvases; i++) box.append(element("canvas"));
     const names = this.missions.length > 1 ? `${"AB"[k]}: ${this.missions[k].facts.name}` : "";
     if (names) box.append(element("p", { class: "name" }, names));
+    if (this.missions[k].facts.own_maps) box.append(element("p", { class: "whose" }));
     $(where).append(box);
     return box;
   }
@@ -92,6 +102,7 @@ class Player {
     let due = 0;
     listen(live, mission, () => {
       this.clock.extend(this.#last());
+      this.ownMap.ask();
       if (performance.now() < due) return;
       due = performance.now() + 400;
       this.curves.update();
@@ -115,6 +126,7 @@ class Player {
     on("fit", () => this.fit(!this.whole));
     on("colour", () => this.colourByTeam(!this.look.byTeam));
     on("follow", () => this.follow(!this.following));
+    on("own", () => this.ownMap.turn(!this.ownMap.on));
     on("png", () => savePicture(this));
     on("theme", () => this.setTheme(this.look.dark ? "light" : "dark"));
     on("help", () => $("keys").showModal());
@@ -136,11 +148,12 @@ class Player {
   }
 
   /** Show what a link asks for. */
-  open({ step, robot, view, theme, team }) {
+  open({ step, robot, view, theme, team, own }) {
     if (theme in THEMES) this.setTheme(theme);
     this.setView(["3d", "map", "both"].includes(view) ? view : document.body.dataset.view);
     if (team) this.colourByTeam(true);
     if (Number.isInteger(robot) && robot >= 0 && robot < this.mission.robots) this.select(robot);
+    if (own) this.ownMap.turn(true);
     if (Number.isFinite(step)) this.clock.goTo(step);
     this.refresh();
   }
@@ -158,6 +171,7 @@ class Player {
 
   select(robot, typed = false) {
     this.look.selected = robot;
+    this.ownMap.choose(robot);
     if (robot < 0) this.follow(false);
     if (!typed) $("pick").value = robot < 0 ? "" : robot;
     this.refresh();
@@ -229,6 +243,7 @@ class Player {
 
   draw() {
     if (!this.mission.steps) return;
+    this.ownMap.show();
     const moments = this.missions.map((mission) => this.moment(mission));
     const first = (this.now = moments[0]);
     const chosen = first.robots[this.look.selected];
@@ -239,6 +254,7 @@ class Player {
       this.maps[k].draw(moment, this.look);
       this.scenes[k]?.draw(moment, this.look);
     });
+    for (const view of [...this.maps, ...this.scenes]) tellWhose(view);
     this.curves.moveTo(this.clock.step);
     this.timeline.draw();
     const told = this.decisions.update(first.step, first.robots, this.look.selected, $("only").checked);

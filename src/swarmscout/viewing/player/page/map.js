@@ -1,6 +1,6 @@
 // The occupancy map in the paper's colours, from above; drag to move, wheel to zoom.
 
-import { FREE, OCCUPIED } from "./mission.js";
+import { FREE, OCCUPIED } from "./history.js";
 import { MAP, ON_MAP } from "./colours.js";
 import { Sheet } from "./canvas.js";
 import { drawOverlay } from "./overlay.js";
@@ -18,7 +18,7 @@ export class MapView {
     this.picture.width = columns;
     this.picture.height = rows;
     this.frontier = new Uint8Array(rows * columns);
-    this.painted = -1;
+    this.painted = {}; // which map, after which step
     this.window = mission.seenWindow();
     this.moved = null; // {x, y, scale} once somebody has moved the map
     this.#listen();
@@ -70,17 +70,17 @@ export class MapView {
   }
 
   #paint() {
-    const { mission } = this;
-    if (this.painted === mission.mapStep) return;
-    this.painted = mission.mapStep;
-    mission.frontiers(this.frontier);
-    const { rows, columns } = mission.frame;
+    const map = this.mission.shownMap;
+    if (this.painted.map === map && this.painted.step === map.step) return;
+    this.painted = { map, step: map.step };
+    map.frontiers(this.frontier);
+    const { rows, columns } = map.frame;
     const pixels = this.image.data;
     for (let row = 0; row < rows; row++) {
       let at = (rows - 1 - row) * columns * 4; // Row 0 is the lowest, an image's is the highest.
       for (let col = 0; col < columns; col++, at += 4) {
         const cell = row * columns + col;
-        const label = mission.labels[cell];
+        const label = map.labels[cell];
         let colour = MAP.unknown;
         if (label === FREE) colour = this.frontier[cell] ? MAP.frontier : MAP.free;
         else if (label === OCCUPIED) colour = MAP.occupied;

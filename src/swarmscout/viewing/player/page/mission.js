@@ -1,8 +1,6 @@
 // A mission's data: every robot at every step, the map at any step, decisions, events, curves.
 
-export const UNKNOWN = 0;
-export const FREE = 1;
-export const OCCUPIED = 2;
+import { MapHistory, NEVER, roomFor } from "./history.js";
 
 const MARGIN_M = 2.5; // shown round what was mapped
 
@@ -28,14 +26,9 @@ export class Mission {
     this.relief = readRelief(facts.relief, arrays);
     this.raster = { ...facts.raster, free: arrays.free };
 
-    const cells = this.frame.rows * this.frame.columns;
-    this.mapStep = -1; // the map stands after this step
-    this.logOdds = new Int16Array(cells);
-    this.labels = new Uint8Array(cells);
-    this.knownSince = new Int32Array(cells).fill(0x7fffffff);
-    this.changeEnds = [0]; // changes of step s: changeEnds[s] … changeEnds[s + 1]
-    this.changes = { cell: new Int32Array(0), next: new Int16Array(0), before: new Int16Array(0) };
-    this.latest = new Int16Array(cells); // the map after the last step that is here
+    this.swarmMap = new MapHistory(facts);
+    this.beliefs = new Map(); // maps of single robots, as far as they were asked for
+    this.shownMap = this.swarmMap; // the map that views show, at the step of `seek`
   }
 
   get last() {
@@ -56,7 +49,7 @@ export class Mission {
       for (let i = 0, at = begin + n; at < end; i++, at++) column[at] = column[at - n] + rest[i];
     }
     this.#renumberTeams(facts.teams, begin, end);
-    this.#appendMap(facts, arrays);
+    this.swarmMap.append(facts, arrays);
     for (const row of facts.decisions) this.decisions.push(row);
     for (const name of Object.keys(this.events)) {
       for (const value of arrays[`events.${name}`]) this.events[name].push(value);
@@ -81,73 +74,22 @@ export class Mission {
     for (let i = begin; i < end; i++) team[i] = numbers[team[i]];
   }
 
-  #appendMap(facts, arrays) {
-    const cells = arrays["map.cells"];
-    const odds = arrays["map.log_odds"];
-    let at = this.changeEnds.at(-1);
-    for (const name of ["cell", "next", "before"]) {
-      this.changes[name] = roomFor(this.changes[name], at + cells.length);
-    }
-    const { cell, next, before } = this.changes;
-    let i = 0;
-    let where = 0;
-    for (let s = 0; s < facts.steps; s++) {
-      for (let k = arrays["map.counts"][s]; k > 0; k--, i++, at++) {
-        where += cells[i];
-        cell[at] = where;
-        next[at] = odds[i];
-        before[at] = this.latest[where];
-        this.latest[where] = odds[i];
-        if (this.labelOf(odds[i]) !== UNKNOWN && this.knownSince[where] > facts.first + s) {
-          this.knownSince[where] = facts.first + s;
-        }
-      }
-      this.changeEnds.push(at);
-    }
+  /** The map of one robot, if it is here; without `robot` that of all robots together. */
+  mapOf(robot) {
+    return robot < 0 ? this.swarmMap : this.beliefs.get(robot) ?? null;
   }
 
-  labelOf(odds) {
-    if (odds < this.facts.free_below) return FREE;
-    return odds > this.facts.occupied_above ? OCCUPIED : UNKNOWN;
-  }
-
-  /** Bring `logOdds` and `labels` to the state after a step, forward or backward. */
+  /** Bring the map that is shown to a step. */
   seek(step) {
-    const { cell, next, before } = this.changes;
-    const from = this.changeEnds[this.mapStep + 1];
-    const to = this.changeEnds[step + 1];
-    for (let i = from; i < to; i++) this.#put(cell[i], next[i]);
-    for (let i = from - 1; i >= to; i--) this.#put(cell[i], before[i]);
-    this.mapStep = step;
+    this.shownMap.seek(Math.min(step, this.shownMap.steps - 1));
   }
 
-  #put(cell, odds) {
-    this.logOdds[cell] = odds;
-    this.labels[cell] = this.labelOf(odds);
+  get labels() {
+    return this.shownMap.labels;
   }
 
-  /** uint8 per cell: 1 for a free cell with an unknown one beside it, at the step of `seek`. */
-  frontiers(into) {
-    const { rows, columns } = this.frame;
-    const labels = this.labels;
-    const beside = [1, -1, columns, -columns];
-    const across = this.facts.frontier_neighbours === 4
-      ? []
-      : [[1, columns], [-1, columns], [1, -columns], [-1, -columns]];
-    // What lies behind a corner of two occupied cells does not count.
-    const isOpen = (cell) => beside.some((d) => labels[cell + d] === UNKNOWN)
-      || across.some(([a, b]) => labels[cell + a + b] === UNKNOWN
-        && (labels[cell + a] !== OCCUPIED || labels[cell + b] !== OCCUPIED));
-    into.fill(0);
-    for (let row = 0; row < rows; row++) {
-      for (let col = 0; col < columns; col++) {
-        const cell = row * columns + col;
-        if (labels[cell] !== FREE) continue;
-        const inner = row > 0 && row < rows - 1 && col > 0 && col < columns - 1;
-        if (!inner || isOpen(cell)) into[cell] = 1;
-      }
-    }
-    return into;
+  get logOdds() {
+    return this.shownMap.logOdds;
   }
 
   /** A robot at a moment, between two steps too. Positions in metres, heading in radians. */
@@ -230,8 +172,9 @@ export class Mission {
       bottom = Math.min(bottom, y);
       top = Math.max(top, y);
     };
-    for (let cell = 0; cell < this.knownSince.length; cell++) {
-      if (this.knownSince[cell] !== 0x7fffffff) take(...this.centre(cell));
+    const { knownSince } = this.swarmMap;
+    for (let cell = 0; cell < knownSince.length; cell++) {
+      if (knownSince[cell] !== NEVER) take(...this.centre(cell));
     }
     const at = this.last * this.robots;
     for (let i = 0; i < this.robots && this.steps; i++) {
@@ -240,14 +183,6 @@ export class Mission {
     if (!(left <= right)) return this.wholeWindow();
     return [left - MARGIN_M, bottom - MARGIN_M, right + MARGIN_M, top + MARGIN_M];
   }
-}
-
-/** A typed array with room for so many numbers: the same one, or one twice as long. */
-function roomFor(array, length) {
-  if (length <= array.length) return array;
-  const longer = new array.constructor(array.length ? Math.max(length, 2 * array.length) : length);
-  longer.set(array);
-  return longer;
 }
 
 function readRelief(facts, arrays) {

@@ -5,34 +5,49 @@ import { OrbitControls } from "./vendor/OrbitControls.js";
 import { Sheet } from "./canvas.js";
 import { drawOverlay } from "./overlay.js";
 import { Robots } from "./robots.js";
+import { StillTerrain } from "./still.js";
 import { Terrain } from "./terrain.js";
 
 const SLOW_MS = 60; // a frame that takes longer is not fluent
 
-/** Whether this browser can draw in 3D. */
-export function hasWebGL2() {
+/** What this browser draws 3D with: "none", "processor" or "card". */
+export function drawsWith() {
   try {
-    return !!document.createElement("canvas").getContext("webgl2");
+    const gl = document.createElement("canvas").getContext("webgl2");
+    if (!gl) return "none";
+    let name = gl.getParameter(gl.RENDERER);
+    // Some browsers say it by the plain name, others by this extension only.
+    if (name === "WebKit WebGL") {
+      const told = gl.getExtension("WEBGL_debug_renderer_info");
+      if (told) name = gl.getParameter(told.UNMASKED_RENDERER_WEBGL);
+    }
+    gl.getExtension("WEBGL_lose_context")?.loseContext();
+    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name) ? "processor" : "card";
   } catch {
-    return false;
+    return "none";
   }
 }
 
 export class SceneView {
-  /** @param box the element to fill, with two canvases; @param changed called when it wants to be drawn again. */
-  constructor(box, mission, changed) {
+  /**
+   * @param box the element to fill, with two canvases; @param changed called when it wants to be drawn again.
+   * @param slowly whether a processor does the work of a graphics card: spare what costs most from the start.
+   */
+  constructor(box, mission, changed, slowly = false) {
     this.box = box;
     this.mission = mission;
     this.changed = changed;
     const [canvas, sheet] = box.querySelectorAll("canvas");
     this.canvas = canvas;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !slowly, powerPreference: "high-performance" });
     this.ratio = Math.min(window.devicePixelRatio || 1, 2);
     this.scene = new THREE.Scene();
+    this.scene.background = new THREE.Color();
     this.camera = new THREE.PerspectiveCamera(38, 1, 0.5, 3000);
     this.camera.up.set(0, 0, 1);
     this.terrain = new Terrain(mission);
     this.scene.add(this.terrain.mesh);
+    this.still = slowly ? new StillTerrain(this.terrain, this.scene) : null;
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a7f70, 2.2));
     const sun = new THREE.DirectionalLight(0xffffff, 1.4);
     sun.position.set(-4, 3, 8);
@@ -146,11 +161,12 @@ export class SceneView {
   draw(moment, look) {
     this.terrain.dress(look.dark ? "dark" : "light");
     this.terrain.paint();
-    this.scene.background = new THREE.Color(look.theme.background);
+    this.scene.background.set(look.theme.background);
     const { x, y, z } = this.controls.target;
     const scale = 1 / this.#metresPerPixel(x, y, z);
     this.robots.place(moment.robots, look, scale, this.ratio, this.camera.aspect);
     this.camera.updateMatrixWorld();
+    this.redrawn = this.still?.refresh(this.renderer, this.camera) ?? true;
     this.renderer.render(this.scene, this.camera);
     const ctx = this.sheet.begin();
     const view = {
@@ -160,12 +176,16 @@ export class SceneView {
     drawOverlay(ctx, view, moment, { ...look, dots: false });
   }
 
-  /** On a machine without a graphics card coarser rock and fewer pixels keep it fluent. */
+  /**
+   * On a machine without a graphics card a picture of the rock that is kept while the camera stands still, and, where
+   * that is not enough, coarser rock and fewer pixels keep it fluent.
+   */
   keepPace(ms) {
     this.slow = ms > SLOW_MS && ms < 1000 ? this.slow + 1 : 0; // A page in the background waits for long.
     if (this.slow < 3) return;
     this.slow = 0;
-    if (!this.terrain.isCoarse) this.terrain.coarsen();
+    if (!this.still) this.still = new StillTerrain(this.terrain, this.scene);
+    else if (!this.terrain.isCoarse && this.redrawn) this.terrain.coarsen();
     else if (this.ratio > 0.7) {
       this.ratio = Math.max(0.7, this.ratio * 0.75);
       this.#resize();

@@ -1,21 +1,36 @@
 // Where missions come from: out of the page itself, or from the server that the page came from.
 
+import { MapHistory } from "./history.js";
 import { Mission } from "./mission.js";
 import { fromBase64, readPackets, unzip } from "./packets.js";
 
-/** Missions in the order in which they are shown: `{mission, live}`; `live`: where news come from, or null. */
+/**
+ * Missions in the order in which they are shown: `{mission, live, askBelief}`.
+ *
+ * `live`: where news come from, or null; `askBelief(robot, first)`: bytes of a robot's own map from a step on, or
+ * null where it is not to be had.
+ */
 export async function loadMissions() {
   const inside = document.querySelectorAll('script[type="application/x-mission"]');
   if (inside.length) {
-    return Promise.all([...inside].map(async (script) => ({
+    return Promise.all([...inside].map(async (script, k) => ({
       mission: await missionFrom(fromBase64(script.textContent.trim())),
       live: null,
+      askBelief: async (robot) => {
+        const kind = `script[type="application/x-belief"][data-mission="${k}"][data-robot="${robot}"]`;
+        const kept = document.querySelector(kind);
+        return kept && fromBase64(kept.textContent.trim());
+      },
     })));
   }
   const runs = await (await ask("runs.json")).json();
-  return Promise.all(runs.map(async ({ data, live }) => ({
+  return Promise.all(runs.map(async ({ data, live, belief }) => ({
     mission: await missionFrom(new Uint8Array(await (await ask(data)).arrayBuffer())),
     live,
+    askBelief: async (robot, first) => {
+      const answer = await ask(`${belief}?robot=${robot}&from=${first}`);
+      return new Uint8Array(await answer.arrayBuffer());
+    },
   })));
 }
 
@@ -30,6 +45,22 @@ async function missionFrom(bytes) {
   const mission = new Mission(first);
   for (const block of blocks) mission.append(block);
   return mission;
+}
+
+/**
+ * Bring a robot's own map up to the last step that is here.
+ *
+ * Returns whether it is there; what came before stays if there is no more.
+ */
+export async function takeBelief(mission, askBelief, robot) {
+  const known = mission.beliefs.get(robot) ?? new MapHistory(mission.facts, robot);
+  if (known.steps < mission.steps) {
+    const bytes = await askBelief(robot, known.steps);
+    if (!bytes) return false;
+    for (const { facts, arrays } of readPackets(await unzip(bytes))) known.append(facts, arrays);
+    mission.beliefs.set(robot, known);
+  }
+  return true;
 }
 
 /**

@@ -8,7 +8,13 @@ export function aboutRun(mission, missions) {
   return `${f.world} · ${f.selector} · ${f.robots} robots · seed ${f.seed}`;
 }
 
+const DOES = { stop: "stands", forward: "drives ahead", left: "turns left", right: "turns right" };
+
 export function toldState(state, mission) {
+  if (state === "recorded") {
+    const broken = mission.facts.finished === false;
+    return broken ? `not finished: the record ends with step ${mission.last}` : "";
+  }
   if (state === "live") return "running";
   if (state === "waiting") return "connection lost, trying again";
   return mission.facts.end_reason ? `finished: ${mission.facts.end_reason}` : "finished";
@@ -27,13 +33,13 @@ export function aboutRobot(mission, robot, moment) {
   const nodes = [
     bold(mode(robot)), " at ", bold(`${robot.x.toFixed(2)}, ${robot.y.toFixed(2)} m`),
     `, charge `, bold(`${Math.round(100 * robot.charge)} %`),
-    `, does ${mission.facts.words.action[robot.action]}`,
+    `, ${DOES[mission.facts.words.action[robot.action]] ?? ""}`,
   ];
   if (robot.contact) nodes.push(`, touches a ${mission.facts.words.contact[robot.contact]}`);
   if (team && team.members.length > 1) {
-    const role = team.leader === robot.robot ? "leads" : "follows robot";
-    nodes.push(`, ${role} `, bold(role === "leads" ? `${team.members.length} robots` : `${team.leader}`));
-    if (role !== "leads") nodes.push(` in a team of ${team.members.length}`);
+    const size = team.members.length;
+    if (team.leader === robot.robot) nodes.push(", leads ", bold(`a team of ${size}`));
+    else nodes.push(", follows robot ", bold(`${team.leader}`), ` in a team of ${size}`);
   } else if (robot.alive && !robot.charging) nodes.push(", alone");
   if (robot.destination >= 0 && !robot.charging && robot.alive) {
     const [x, y] = mission.centre(robot.destination);

@@ -17,34 +17,67 @@ const VERTEX = /* glsl */ `
     gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
   }`;
 
-const FRAGMENT = /* glsl */ `
+/** A point's colour where it is known, where it is not, and how far the floor's signs show on it. */
+const SURFACE = /* glsl */ `
   precision highp float;
   varying vec4 vShade;
   varying vec3 vNormal;
   varying vec2 vMap;
-  uniform sampler2D uMapTexture; // red: known, green: frontier, blue: seen just now
-  uniform vec3 uLow, uHigh, uRock, uCut, uBackground, uFrontier, uGlow;
+  uniform vec3 uLow, uHigh, uRock, uCut, uBackground, uGlow;
   uniform float uDark;
-  void main() {
-    vec3 seen = texture2D(uMapTexture, vMap).rgb;
-    float known = smoothstep(0.25, 0.75, seen.r);
+  void surface(out vec3 lit, out vec3 dark, out float floorShare) {
     float rock = 1.0 - smoothstep(0.2, 0.8, vShade.x);
     float top = smoothstep(0.9, 1.0, rock);
     vec3 normal = normalize(vNormal);
     float sun = max(dot(normal, normalize(vec3(-0.45, 0.35, 0.82))), 0.0);
     vec3 stone = mix(mix(uLow, uHigh, vShade.z), uRock, rock * 0.85);
-    vec3 lit = stone * (0.34 + 0.86 * sun) * mix(0.62, 1.0, vShade.y);
+    lit = stone * (0.34 + 0.86 * sun) * mix(0.62, 1.0, vShade.y);
     float gray = dot(stone, vec3(0.3, 0.5, 0.2)) * (0.55 + 0.45 * sun) * mix(0.7, 1.0, vShade.y);
-    vec3 dark = mix(uCut * 0.92, vec3(gray) * vec3(0.86, 0.94, 1.06), 0.35) * uDark;
-    vec3 colour = mix(dark, lit, known);
-    colour = mix(colour, uFrontier, smoothstep(0.3, 0.9, seen.g) * 0.38 * (1.0 - rock));
-    colour += uGlow * seen.b * 0.16 * known * (1.0 - rock);
+    dark = mix(uCut * 0.92, vec3(gray) * vec3(0.86, 0.94, 1.06), 0.35) * uDark;
     // The cut through the rock is flat and plain; its lip catches some light where it is known.
-    vec3 cut = mix(uCut, uCut + 0.10 * uGlow, known);
-    colour = mix(colour, cut, top);
-    colour = mix(uBackground, colour, smoothstep(0.0, 0.75, vShade.w));
-    gl_FragColor = vec4(colour, 1.0);
+    float near = smoothstep(0.0, 0.75, vShade.w);
+    lit = mix(uBackground, mix(lit, uCut + 0.10 * uGlow, top), near);
+    dark = mix(uBackground, mix(dark, uCut, top), near);
+    floorShare = (1.0 - rock) * (1.0 - top) * near;
+  }`;
+
+/** What the map knows puts light on a surface. */
+export const LIGHT = /* glsl */ `
+  uniform sampler2D uMapTexture; // red: known, green: frontier, blue: seen just now
+  uniform vec3 uFrontier, uGlow;
+  vec3 lighted(vec3 lit, vec3 dark, float floorShare, vec2 at) {
+    vec3 seen = texture2D(uMapTexture, at).rgb;
+    float known = smoothstep(0.25, 0.75, seen.r);
+    vec3 colour = mix(dark, lit, known);
+    colour = mix(colour, uFrontier, smoothstep(0.3, 0.9, seen.g) * 0.38 * floorShare);
+    return colour + uGlow * seen.b * 0.16 * known * floorShare;
+  }`;
+
+const FRAGMENT = /* glsl */ `
+  ${SURFACE}
+  ${LIGHT.replace(", uGlow", "")}
+  void main() {
+    vec3 lit, dark;
+    float floorShare;
+    surface(lit, dark, floorShare);
+    gl_FragColor = vec4(lighted(lit, dark, floorShare, vMap), 1.0);
     #include <colorspace_fragment>
+  }`;
+
+/** The same surface without light, into three pictures; roots of colours, for eight bits are few in the dark. */
+const STILL_FRAGMENT = /* glsl */ `
+  ${SURFACE}
+  layout(location = 0) out vec4 outLit;
+  layout(location = 1) out vec4 outDark;
+  layout(location = 2) out vec4 outAt;
+  void main() {
+    vec3 lit, dark;
+    float floorShare;
+    surface(lit, dark, floorShare);
+    outLit = vec4(sqrt(lit), floorShare);
+    outDark = vec4(sqrt(dark), 1.0);
+    vec2 at = clamp(vMap, 0.0, 1.0) * 255.0;
+    outAt = vec4(floor(at) / 255.0, fract(at));
   }`;
 
 const LOOKS = {
@@ -67,15 +100,16 @@ export class Terrain {
     this.texture = new THREE.DataTexture(this.pixels, columns, rows, THREE.RGBAFormat);
     this.texture.magFilter = this.texture.minFilter = THREE.LinearFilter;
     this.frontier = new Uint8Array(rows * columns);
-    this.painted = -1;
-    this.material = new THREE.ShaderMaterial({
-      vertexShader: VERTEX,
-      fragmentShader: FRAGMENT,
-      uniforms: {
-        uMapTexture: { value: this.texture },
-        uFrame: { value: new THREE.Vector4(x, y, columns * cell, rows * cell) },
-        ...Object.fromEntries(Object.keys(LOOKS.dark).map((name) => [name, { value: null }])),
-      },
+    this.painted = {}; // which map, after which step
+    this.uniforms = {
+      uMapTexture: { value: this.texture },
+      uFrame: { value: new THREE.Vector4(x, y, columns * cell, rows * cell) },
+      ...Object.fromEntries(Object.keys(LOOKS.dark).map((name) => [name, { value: null }])),
+    };
+    const both = { vertexShader: VERTEX, uniforms: this.uniforms };
+    this.material = new THREE.ShaderMaterial({ ...both, fragmentShader: FRAGMENT });
+    this.stillMaterial = new THREE.ShaderMaterial({
+      ...both, fragmentShader: STILL_FRAGMENT, glslVersion: THREE.GLSL3,
     });
     const { geometry, number } = geometryOf(mission.relief);
     this.number = number;
@@ -87,20 +121,23 @@ export class Terrain {
   }
 
   dress(theme) {
+    if (this.theme === theme) return;
+    this.theme = theme;
     for (const [name, value] of Object.entries(LOOKS[theme])) {
-      this.material.uniforms[name].value = typeof value === "number" ? value : new THREE.Color(value);
+      this.uniforms[name].value = typeof value === "number" ? value : new THREE.Color(value);
     }
   }
 
   /** Light what the map at the step of `mission.seek` knows. */
   paint() {
-    const { mission, pixels } = this;
-    if (this.painted === mission.mapStep) return;
-    this.painted = mission.mapStep;
-    mission.frontiers(this.frontier);
-    for (let cell = 0; cell < mission.labels.length; cell++) {
-      const known = mission.labels[cell] !== 0;
-      const age = mission.mapStep - mission.knownSince[cell];
+    const { pixels } = this;
+    const map = this.mission.shownMap;
+    if (this.painted.map === map && this.painted.step === map.step) return;
+    this.painted = { map, step: map.step };
+    map.frontiers(this.frontier);
+    for (let cell = 0; cell < map.labels.length; cell++) {
+      const known = map.labels[cell] !== 0;
+      const age = map.step - map.knownSince[cell];
       pixels[4 * cell] = known ? 255 : 0;
       pixels[4 * cell + 1] = this.frontier[cell] ? 255 : 0;
       pixels[4 * cell + 2] = known && age < 12 && age >= 0 ? 255 - 21 * age : 0;

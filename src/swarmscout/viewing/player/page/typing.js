@@ -8,7 +8,7 @@ export function readLink() {
   const number = (name) => (asked.has(name) ? Number(asked.get(name)) : undefined);
   return {
     step: number("t"), robot: number("robot"), view: asked.get("view"), theme: asked.get("theme"),
-    team: asked.get("colour") === "team",
+    team: asked.get("colour") === "team", own: asked.get("map") === "own",
   };
 }
 
@@ -19,6 +19,7 @@ export function writeLink(player) {
   if (player.look.selected >= 0) told.set("robot", player.look.selected);
   if (document.body.dataset.view !== "3d") told.set("view", document.body.dataset.view);
   if (player.look.byTeam) told.set("colour", "team");
+  if (player.ownMap.on) told.set("map", "own");
   const hash = `#${told}`;
   if (hash === window.location.hash) return;
   clearTimeout(player.linkDue);
@@ -47,6 +48,7 @@ export function hearKeys(player) {
     N: () => next(-1),
     f: () => player.follow(!player.following),
     c: () => player.colourByTeam(!player.look.byTeam),
+    o: () => player.ownMap.turn(!player.ownMap.on),
     t: () => player.setTheme(player.look.dark ? "light" : "dark"),
     p: () => savePicture(player),
     l: () => document.getElementById("live").hidden || player.stayAtEnd(),
