@@ -117,14 +117,27 @@ def _smoothed(
     return smooth
 
 
-def _slope(heights: NDArray[np.float32], cell_m: float) -> NDArray[np.float32]:
+@kernel
+def _slope(heights, cell_m):  # type: ignore[no-untyped-def]
     """Rise over run of the steepest direction; at the floor's edges from the side that is known."""
-    parts = []
-    for axis in (0, 1):
-        ahead = np.diff(heights, axis=axis, append=np.float32(np.nan))
-        behind = np.diff(heights, axis=axis, prepend=np.float32(np.nan))
-        one = np.where(np.isnan(ahead), behind, ahead)
-        two = np.where(np.isnan(behind), ahead, behind)
-        parts.append(np.nan_to_num(0.5 * (one + two)))
-    slope: NDArray[np.float32] = np.hypot(*parts) / np.float32(cell_m)
+    rows, columns = heights.shape
+    slope = np.zeros((rows, columns), dtype=np.float32)
+    for row in range(rows):
+        for col in range(columns):
+            here = heights[row, col]
+            if np.isnan(here):
+                continue
+            steepest = 0.0
+            for axis in range(2):
+                low = high = here
+                span = 0
+                r, c = row - (1 - axis), col - axis
+                if r >= 0 and c >= 0 and not np.isnan(heights[r, c]):
+                    low, span = heights[r, c], span + 1
+                r, c = row + (1 - axis), col + axis
+                if r < rows and c < columns and not np.isnan(heights[r, c]):
+                    high, span = heights[r, c], span + 1
+                if span > 0:
+                    steepest += ((high - low) / span) ** 2
+            slope[row, col] = np.sqrt(steepest) / cell_m
     return slope

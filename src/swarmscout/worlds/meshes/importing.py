@@ -283,7 +283,8 @@ def _report(
 ) -> ImportReport:
     cell_m2 = world.resolution_m**2
     meant = np.isfinite(spans.ceiling_m) if chosen.roof else slice(None)
-    cells = np.unique(spans.cell[meant])
+    ordered = spans.cell[meant]
+    cells = np.count_nonzero(np.diff(ordered)) + min(len(ordered), 1)
     taken = int(np.count_nonzero(~np.isnan(reached.floor_m)))
     decisions = {
         "up axis": f"{at.up} ({at.up_because})",
@@ -298,7 +299,7 @@ def _report(
     left_out = {
         **floor.left_out_m2,
         "on another level": reached.other_level * cell_m2,
-        "not connected with the start": max(len(cells) - taken, 0) * cell_m2,
+        "not connected with the start": max(cells - taken, 0) * cell_m2,
         "too low": len(spans.low) * cell_m2 if chosen.roof else 0.0,
     }
     low, high = at.vertices_m.min(axis=0), at.vertices_m.max(axis=0)
@@ -313,7 +314,7 @@ def _report(
             "doubled": clean.doubled,
         },
         decisions=decisions,
-        floor_m2=len(cells) * cell_m2,
+        floor_m2=cells * cell_m2,
         free_m2=float(np.count_nonzero(world.free)) * cell_m2,
         reachable_m2=float(np.count_nonzero(reachable(world))) * cell_m2,
         passages_m=passage_widths_m(world.free != 0, world.resolution_m),

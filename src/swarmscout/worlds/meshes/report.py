@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,6 +10,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 __all__ = ["ImportReport", "passage_widths_m"]
+
+_COARSE_M = 0.2
+_SHARES = (0.05, 0.5, 0.95)
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,7 @@ class ImportReport:
         floor_m2: area of the cells that have a floor which could be meant.
         free_m2: area of the world's free cells.
         reachable_m2: area that the body of a robot can cover from the start.
-        passages_m: widths of passages: of which 5 %, 50 % and 95 % of all are narrower.
+        passages_m: widths of passages: 5 %, 50 % and 95 % of the floor is in narrower ones.
         left_out_m2: why floor is not free → its area.
         start_m: ``(x, y)`` in the world's frame.
         start_proposed: whether the start was found rather than given.
@@ -62,15 +66,15 @@ class ImportReport:
             f"floor: {self.floor_m2:,.0f} m², of which free: {self.free_m2:,.0f} m², reachable for "
             f"a robot: {self.reachable_m2:,.0f} m²",
             f"left out: {left_out or 'nothing'}",
-            f"passages: {narrow:.1f} m wide where narrow, {usual:.1f} m in the middle, {wide:.1f} m "
-            "where wide (5 %, 50 %, 95 % of their length)",
+            f"passages: half of the floor is in those narrower than {usual:.1f} m, 5 % below "
+            f"{narrow:.1f} m, 5 % above {wide:.1f} m",
             f"start: {x:.2f},{y:.2f} m ({how})",
             f"time: {self.seconds:.1f} s",
         ]
 
 
 def passage_widths_m(free: NDArray[np.bool_], cell_m: float) -> tuple[float, float, float]:
-    """Widths along the middle lines of all passages: their 5 %, 50 % and 95 % quantiles.
+    """Widths of passages: 5 %, 50 % and 95 % of the floor is in narrower ones.
 
     Args:
         free: bool[rows, cols].
@@ -80,9 +84,13 @@ def passage_widths_m(free: NDArray[np.bool_], cell_m: float) -> tuple[float, flo
 
     if not free.any():
         return 0.0, 0.0, 0.0
+    fine = math.floor(_COARSE_M / cell_m + 1e-6)
+    if fine > 1:  # A few times quicker, and as good for a report.
+        free, cell_m = free[::fine, ::fine], cell_m * fine
     room = ndimage.distance_transform_edt(free)
-    middle = skeletonize(free)
     # From a cell's centre to that of the nearest wall cell: the wall begins half a cell earlier.
-    widths = (2.0 * room[middle] - 1.0) * cell_m
-    narrow, usual, wide = np.quantile(widths, (0.05, 0.5, 0.95)).tolist()
+    widths = np.sort((2.0 * room[skeletonize(free)] - 1.0) * cell_m)
+    # Weighted by width, as the floor is: or else each pebble's short side branches would count.
+    share = np.cumsum(widths) / widths.sum()
+    narrow, usual, wide = (float(widths[np.searchsorted(share, part)]) for part in _SHARES)
     return narrow, usual, wide
