@@ -104,7 +104,7 @@ def _largest(
     inside = (links.east >= 0) & (links.north >= 0)
     level = inside & (np.hypot(*rises) <= _LEVEL * cell_m)
     counts = np.bincount(labels[level], minlength=int(labels.max()) + 1)
-    found = []
+    found: list[_Part] = []
     air, rock = (FACES_ROCK, FACES_AIR) if inside_out else (FACES_AIR, FACES_ROCK)
     for label in np.argsort(-counts, kind="stable")[:_MANY].tolist():
         if found and counts[label] < 0.01 * found[0].level:
@@ -148,7 +148,10 @@ def _proposed(parts: list[_Part], roof: bool | None) -> tuple[_Part, str]:
     share = f"{100.0 * best.roofed:.0f} % of the largest floor"
     if best.roofed > _HALF:
         return best, f"{share} is under a ceiling"
-    return best, f"only {share} is under a ceiling" if best.roofed else "no ceiling is above the floor"
+    return (
+        best,
+        f"only {share} is under a ceiling" if best.roofed else "no ceiling is above the floor",
+    )
 
 
 def _roomy(spans: Spans, links: Links, frame: GridFrame, members: NDArray[np.bool_]) -> int:
@@ -186,9 +189,9 @@ def _at(
         text = ", ".join(f"{part:g}" for part in start_m)
         left, right, bottom, top = frame.extent
         raise WorldError(
-            f"no floor of the mesh is within {_NEAR_M:g} m of the start ({text}) m: the nearest is "
-            f"{float(away.min()):,.1f} m away; x goes from {left:,.1f} to {right:,.1f} m and y from "
-            f"{bottom:,.1f} to {top:,.1f} m"
+            f"no floor of the mesh is within {_NEAR_M:g} m of the start ({text}) m: the nearest "
+            f"is {float(away.min()):,.1f} m away; x goes from {left:,.1f} to {right:,.1f} m and y "
+            f"from {bottom:,.1f} to {top:,.1f} m"
         )
     if len(start_m) == 3:
         high = np.abs(spans.floor_m[near] - start_m[2])
@@ -197,8 +200,8 @@ def _at(
             here = near[away[near] <= away[near].min() + 1e-9]
             floors = ", ".join(f"{height:.2f}" for height in spans.floor_m[here].tolist())
             raise WorldError(
-                f"no floor within {_NEAR_M:g} m of z = {start_m[2]:g} m at the start ({x:g}, {y:g}) "
-                f"m: floors there are at {floors} m"
+                f"no floor within {_NEAR_M:g} m of z = {start_m[2]:g} m at the start ({x:g}, "
+                f"{y:g}) m: floors there are at {floors} m"
             )
         cost = np.hypot(away[good], 2.0 * (spans.floor_m[good] - start_m[2]))
         return int(good[np.argmin(cost)])

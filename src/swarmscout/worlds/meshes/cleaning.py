@@ -37,7 +37,7 @@ def cleaned(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Clea
         vertices: float64[V, 3].
         triangles: int64[T, 3], rows of vertices.
     """
-    finite = np.isfinite(vertices).all(axis=1)
+    finite: NDArray[np.bool_] = np.asarray(np.isfinite(vertices).all(axis=1))
     whole = finite[triangles].all(axis=1)
     kept = triangles[whole]
     not_finite = len(triangles) - len(kept)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +72,7 @@ def find_spans(
     Raises:
         WorldError: there are too many.
     """
-    parts: list[tuple[NDArray[np.int32], ...]] = []
+    parts: list[tuple[NDArray[Any], ...]] = []
     total = hit = 0
     heights = np.empty(0, dtype=np.float64)
     for done, row, col, members in in_tiles(corners, triangles, frame):

@@ -90,10 +90,8 @@ def drivable(
 def _outside(reached: Flooded, cell_m: float) -> NDArray[np.bool_]:
     """Floor under open sky that is larger than a skylight."""
     labels = parts(np.isinf(reached.ceiling_m))
-    large = np.bincount(labels.ravel()) * cell_m**2 > _SKYLIGHT_M2
-    large[0] = False
-    outside: NDArray[np.bool_] = large[labels]
-    return outside
+    large = np.flatnonzero(np.bincount(labels.ravel()) * cell_m**2 > _SKYLIGHT_M2)
+    return np.isin(labels, large[large > 0])
 
 
 def _part(

@@ -14,6 +14,8 @@ from swarmscout.worlds.meshes.links import Links, ranks_from
 
 __all__ = ["Flooded", "flooded"]
 
+_ROOMY_M = 1.0
+
 
 @dataclass(frozen=True, eq=False)
 class Flooded:
@@ -24,7 +26,7 @@ class Flooded:
         floor_m: float32[rows, cols], NaN where nothing was reached.
         ceiling_m: float32[rows, cols], infinite under open sky, NaN where nothing was reached.
         brink: bool[rows, cols], reached cells that have to be wall, because a neighbour that was
-            reached too is not linked: a thin wall stands there, or a ledge, or another level begins.
+            reached too is not linked: at a thin wall, a ledge, or where another level begins.
         other_level: how many cells have more than one floor that was reached.
     """
 
@@ -40,6 +42,8 @@ def flooded(
 ) -> Flooded:
     """Flood from a span; where floors lie one above the other the one reached first counts.
 
+    The flood goes through places with head room first, and then through low ones.
+
     Args:
         spans: room over floors.
         links: between them.
@@ -48,6 +52,11 @@ def flooded(
         start: the span to set out from.
     """
     ranks = ranks_from(links, members, start)
+    # Where there is head room first: the pocket under a ramp shall not take its cells from it.
+    roomy = members & (spans.ceiling_m - spans.floor_m >= _ROOMY_M)
+    if roomy[start]:
+        first = ranks_from(links, roomy, start)
+        ranks = np.where(first >= 0, first, ranks + np.where(ranks >= 0, len(ranks), 0))
     reached = np.flatnonzero(ranks >= 0)
     # By cell, and within a cell by rank: the first of each cell is kept.
     order = reached[np.lexsort((ranks[reached], spans.cell[reached]))]
@@ -55,6 +64,7 @@ def flooded(
     first = np.ones(len(order), dtype=np.bool_)
     first[1:] = cells[1:] != cells[:-1]
     kept = order[first].astype(np.int32)
+    several = int(np.count_nonzero(np.diff(np.append(np.flatnonzero(first), len(cells))) > 1))
 
     row, col = np.divmod(spans.cell[kept], frame.columns)
     top, left = int(row.min()) - 1, int(col.min()) - 1
@@ -71,7 +81,10 @@ def flooded(
         for heights in (spans.floor_m, spans.ceiling_m)
     )
     brink = np.zeros(shape, dtype=np.bool_)
-    for axis, to, walled in ((1, links.east, links.walled_east), (0, links.north, links.walled_north)):
+    for axis, to, walled in (
+        (1, links.east, links.walled_east),
+        (0, links.north, links.walled_north),
+    ):
         here, there = _neighbours(span_of, axis)
         apart = (here >= 0) & (there >= 0) & (to[here] != there)
         wall = walled[here]
@@ -81,15 +94,7 @@ def flooded(
         near, far = _neighbours(brink, axis)
         near |= apart & mine
         far |= apart & ~mine
-    return Flooded(window, floor, ceiling, brink, int(np.count_nonzero(_again(cells))))
-
-
-def _again(cells: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Marks the second entry of each cell that has several."""
-    same = cells[1:] == cells[:-1]
-    twice = same.copy()
-    twice[1:] &= ~same[:-1]
-    return twice
+    return Flooded(window, floor, ceiling, brink, several)
 
 
 def _neighbours(raster: NDArray[Any], axis: int) -> tuple[NDArray[Any], NDArray[Any]]:

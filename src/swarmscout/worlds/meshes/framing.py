@@ -99,9 +99,7 @@ def _guess_up(
     return expected, f"{habit}, and its level surfaces do not contradict"
 
 
-def _levelness(
-    vertices: NDArray[np.float64], triangles: NDArray[np.int32], axis: str
-) -> float:
+def _levelness(vertices: NDArray[np.float64], triangles: NDArray[np.int32], axis: str) -> float:
     """How well an axis does for up: much level surface, and a mesh that is low along it."""
     number = "xyz".index(axis)
     extent = np.ptp(vertices, axis=0) if len(vertices) else np.ones(3)

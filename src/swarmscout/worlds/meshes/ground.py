@@ -18,6 +18,8 @@ _BUMP_M = 0.6
 _OBSTACLE_M = 0.2
 _STEEPEST_DEG = 30.0
 _SMOOTH_M = 0.3
+_LEDGE_M = 1.0
+"""What is nearer than the disc's radius and so much higher or lower is another level."""
 _FLANK_DEG, _FLANK_M = 45.0, 0.2
 
 
@@ -46,9 +48,13 @@ def ground_under(floor_m: NDArray[np.float32], cell_m: float) -> Ground:
     """
     known = ~np.isnan(floor_m)
     offsets = _disc(_BUMP_M / cell_m)
-    lowest = _extreme(floor_m, offsets, -1.0)
-    opened = _extreme(lowest, offsets, 1.0)
+    lowest = _extreme(floor_m, floor_m, offsets, -1.0)
+    opened = _extreme(lowest, floor_m, offsets, 1.0)
     height = _smoothed(opened, known, _SMOOTH_M / cell_m)
+    # Beside the floor any mean does; on it the edge of another level must not bend the ground.
+    offsets = _disc(3.0 * _SMOOTH_M / cell_m)
+    weights = np.exp(-0.5 * (offsets**2).sum(axis=1) * (cell_m / _SMOOTH_M) ** 2)
+    _mean(opened, offsets, weights, height)
     with np.errstate(invalid="ignore"):
         obstacle = known & (floor_m - height > _OBSTACLE_M)
     slope = _slope(np.where(known, height, np.float32(np.nan)), cell_m)
@@ -78,11 +84,11 @@ def _disc(radius: float) -> NDArray[np.int64]:
 
 
 @kernel
-def _extreme(heights, offsets, sign):  # type: ignore[no-untyped-def]
-    """The highest (sign 1) or lowest (−1) height within a disc round each cell; NaNs are left out.
+def _extreme(heights, floor, offsets, sign):  # type: ignore[no-untyped-def]
+    """The highest (sign 1) or lowest (−1) height within a disc round each cell.
 
-    SciPy's grey filters know no missing heights, and take every cell of a raster that is mostly
-    rock.
+    SciPy's grey filters know no missing heights, nor that beyond a ledge another level begins, and
+    take every cell of a raster that is mostly rock.
     """
     rows, columns = heights.shape
     found = np.full((rows, columns), np.nan, dtype=np.float32)
@@ -93,15 +99,31 @@ def _extreme(heights, offsets, sign):  # type: ignore[no-untyped-def]
             best = heights[row, col]
             for number in range(len(offsets)):
                 r, c = row + offsets[number, 0], col + offsets[number, 1]
-                # A missing height compares as false.
-                if (
-                    0 <= r < rows
-                    and 0 <= c < columns
-                    and sign * heights[r, c] > sign * best
-                ):
-                    best = heights[r, c]
+                if 0 <= r < rows and 0 <= c < columns:
+                    # A missing height compares as false.
+                    same_level = abs(floor[r, c] - floor[row, col]) < _LEDGE_M
+                    if same_level and sign * heights[r, c] > sign * best:
+                        best = heights[r, c]
             found[row, col] = best
     return found
+
+
+@kernel
+def _mean(heights, offsets, weights, mean):  # type: ignore[no-untyped-def]
+    """Put the weighted mean of the heights about each known one, on its own level, into `mean`."""
+    rows, columns = heights.shape
+    for row in range(rows):
+        for col in range(columns):
+            here = heights[row, col]
+            if np.isnan(here):
+                continue
+            total = weight = 0.0
+            for number in range(len(offsets)):
+                r, c = row + offsets[number, 0], col + offsets[number, 1]
+                if 0 <= r < rows and 0 <= c < columns and abs(heights[r, c] - here) < _LEDGE_M:
+                    total += weights[number] * heights[r, c]
+                    weight += weights[number]
+            mean[row, col] = total / weight
 
 
 def _smoothed(

@@ -23,7 +23,7 @@ from swarmscout.worlds.meshes.choosing import Chosen, choose
 from swarmscout.worlds.meshes.cleaning import Cleaned, cleaned
 from swarmscout.worlds.meshes.columns import Spans, find_spans
 from swarmscout.worlds.meshes.drivable import Drivable, drivable
-from swarmscout.worlds.meshes.files import MeshFile, read_mesh_file
+from swarmscout.worlds.meshes.files import read_mesh_file
 from swarmscout.worlds.meshes.flooding import Flooded, flooded
 from swarmscout.worlds.meshes.framing import Framed, framed
 from swarmscout.worlds.meshes.links import link
@@ -129,8 +129,8 @@ def import_mesh_with_report(
     )
     if not len(spans.cell):
         raise WorldError(
-            f"mesh '{path}': no floor that can be driven: {spans.hit:,} columns meet a surface, and "
-            f"none has {CLEARANCE_M:g} m of room over a floor{_hint(frame_of)}"
+            f"mesh '{path}': no floor that can be driven: {spans.hit:,} columns meet a surface, "
+            f"and none has {CLEARANCE_M:g} m of room over a floor{_hint(frame_of)}"
         )
     walls = find_walls(
         corners, clean.triangles, frame, CLEARANCE_M, lambda share: say("finding walls", share)
@@ -203,7 +203,7 @@ def _check_rest(path: Path, count: int, clean: Cleaned) -> None:
     if len(clean.triangles):
         return
     raise WorldError(
-        f"mesh '{path}' has no triangle that is any use: of {count:,} triangles {clean.not_finite:,} "
+        f"mesh '{path}' has no triangle of any use: of {count:,} triangles {clean.not_finite:,} "
         f"have a corner that is no number, and {clean.degenerate:,} have no area"
     )
 
@@ -227,7 +227,11 @@ def _raster(path: Path, at: Framed, cell_m: float) -> tuple[GridFrame, NDArray[n
         )
     columns, rows = (int(part) for part in count)
     frame = GridFrame(
-        round(float(first[0]) * cell_m, 9), round(float(first[1]) * cell_m, 9), cell_m, rows, columns
+        round(float(first[0]) * cell_m, 9),
+        round(float(first[1]) * cell_m, 9),
+        cell_m,
+        rows,
+        columns,
     )
     corners = at.vertices_m.copy()
     corners[:, :2] = corners[:, :2] / cell_m - first - 0.5
@@ -235,7 +239,9 @@ def _raster(path: Path, at: Framed, cell_m: float) -> tuple[GridFrame, NDArray[n
 
 
 def _size(size: NDArray[np.float64]) -> str:
-    return " × ".join(f"{length:,.4g}" if length < 10 else f"{length:,.0f}" for length in size) + " m"
+    return (
+        " × ".join(f"{length:,.4g}" if length < 10 else f"{length:,.0f}" for length in size) + " m"
+    )
 
 
 def _hint(at: Framed) -> str:
@@ -284,7 +290,7 @@ def _report(
     cell_m2 = world.resolution_m**2
     meant = np.isfinite(spans.ceiling_m) if chosen.roof else slice(None)
     ordered = spans.cell[meant]
-    cells = np.count_nonzero(np.diff(ordered)) + min(len(ordered), 1)
+    cells = int(np.count_nonzero(np.diff(ordered))) + min(len(ordered), 1)
     taken = int(np.count_nonzero(~np.isnan(reached.floor_m)))
     decisions = {
         "up axis": f"{at.up} ({at.up_because})",

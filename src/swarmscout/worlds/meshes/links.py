@@ -39,9 +39,7 @@ class Links:
     walled_north: NDArray[np.int8]
 
 
-def link(
-    spans: Spans, walls: Walls, frame: GridFrame, step_m: float, clearance_m: float
-) -> Links:
+def link(spans: Spans, walls: Walls, frame: GridFrame, step_m: float, clearance_m: float) -> Links:
     """Link the spans of neighbouring cells that a robot can drive between, both ways.
 
     Args:

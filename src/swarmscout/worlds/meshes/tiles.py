@@ -1,4 +1,4 @@
-"""Triangles sorted into square tiles of the raster, so that only one tile is worked on at a time."""
+"""Triangles sorted into square tiles of the raster: one tile is worked on at a time."""
 
 from __future__ import annotations
 

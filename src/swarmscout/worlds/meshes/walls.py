@@ -65,15 +65,21 @@ def find_walls(
     a, b, c = (corners[triangles[:, corner]] for corner in range(3))
     across = np.cross(b - a, c - a)
     # Seen from above lengths count in cells, upward in metres.
-    upright = np.hypot(across[:, 0], across[:, 1]) >= steepness * frame.cell_m * np.abs(across[:, 2])
+    upright = np.hypot(across[:, 0], across[:, 1]) >= steepness * frame.cell_m * np.abs(
+        across[:, 2]
+    )
     steep = np.ascontiguousarray(triangles[upright])
     del a, b, c, across, upright
-    parts: list[tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]]
+    parts: list[
+        tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]
+    ]
     parts = []
     for done, row, col, members in in_tiles(corners, steep, frame):
         progress(done)
         none = np.empty(0, dtype=np.float32)
-        met = _cut(corners, steep, members, row, col, frame.columns, np.empty(0, np.int64), none, none)
+        met = _cut(
+            corners, steep, members, row, col, frame.columns, np.empty(0, np.int64), none, none
+        )
         if not met:
             continue
         key = np.empty(met, dtype=np.int64)
