@@ -57,10 +57,8 @@ def room(width=12.0, depth=8.0, height=3.0) -> Shape:
 
 
 def pillar_hall() -> Shape:
-    """16 m × 16 m under a roof; four pillars of 1 m × 1 m stand on the floor as bodies of their own."""
-    pillars = [
-        box(x, x + 1.0, y, y + 1.0, 0.0, 3.0) for x in (4.0, 11.0) for y in (4.0, 11.0)
-    ]
+    """16 m × 16 m under a roof; on its floor stand four bodies of 1 m × 1 m, the pillars."""
+    pillars = [box(x, x + 1.0, y, y + 1.0, 0.0, 3.0) for x in (4.0, 11.0) for y in (4.0, 11.0)]
     return joined(room(16.0, 16.0), *pillars)
 
 

@@ -22,6 +22,7 @@ _SOME = 0.1
 _HALF = 0.5
 _HIGH_M = 1.2
 """Room in which nothing says whether it is a cave or the inside of a slab: lower, it is a slab."""
+_LARGE_M2 = 20.0
 _ROOMY_M = 4.0
 _NEAR_M = 1.0
 
@@ -43,7 +44,7 @@ class Chosen:
     roof_because: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Part:
     """Spans that hang together, in numbers."""
 
@@ -55,6 +56,8 @@ class _Part:
     airy: bool
     """Most of them are wound like a room, and not like the inside of rock."""
     headroom_m: float
+    cells: NDArray[np.int32]
+    """Where they are."""
 
 
 def choose(
@@ -63,7 +66,6 @@ def choose(
     frame: GridFrame,
     roof: bool | None,
     start_m: tuple[float, ...] | None,
-    inside_out: bool,
 ) -> Chosen:
     """Choose a floor: that at the start, or else the largest one that looks like a cave's.
 
@@ -73,31 +75,29 @@ def choose(
         frame: the raster.
         roof: whether floors need a ceiling; None: that is found out.
         start_m: ``(x, y)`` or ``(x, y, z)`` in metres, or None.
-        inside_out: the mesh as a whole is wound the other way round.
 
     Raises:
         WorldError: no floor is near the start, or none is under a ceiling.
     """
     labels = parts_of(links)
-    parts = _largest(spans, links, labels, frame.cell_m, inside_out)
+    parts = _largest(spans, links, labels, frame.cell_m)
     if start_m is None:
-        part, because = _proposed(parts, roof)
+        part, because = _proposed(parts, roof, frame.cell_m)
         members = labels == part.label
         start = _roomy(spans, links, frame, members)
     else:
-        start = _at(spans, frame, start_m, labels, [part.label for part in _ordered(parts, roof)])
+        likely = [part.label for part in _ordered(parts, roof, frame.cell_m)]
+        start = _at(spans, frame, start_m, labels, likely)
         members = labels == labels[start]
         share = float(np.isfinite(spans.ceiling_m[members]).mean())
-        part = _Part(int(labels[start]), 0, share, True, 0.0)
+        part = _Part(int(labels[start]), 0, share, True, 0.0, spans.cell[:0])
         because = f"{100.0 * share:.0f} % of the floor at the start is under a ceiling"
     if roof is not None:
         return Chosen(members, start, roof, "as asked")
     return Chosen(members, start, part.roofed > _HALF, because)
 
 
-def _largest(
-    spans: Spans, links: Links, labels: NDArray[np.int32], cell_m: float, inside_out: bool
-) -> list[_Part]:
+def _largest(spans: Spans, links: Links, labels: NDArray[np.int32], cell_m: float) -> list[_Part]:
     """The parts with the most level ground, largest first."""
     to = (np.where(end >= 0, end, np.arange(len(end))) for end in (links.east, links.north))
     rises = [spans.floor_m[end] - spans.floor_m for end in to]
@@ -105,7 +105,6 @@ def _largest(
     level = inside & (np.hypot(*rises) <= _LEVEL * cell_m)
     counts = np.bincount(labels[level], minlength=int(labels.max()) + 1)
     found: list[_Part] = []
-    air, rock = (FACES_ROCK, FACES_AIR) if inside_out else (FACES_AIR, FACES_ROCK)
     for label in np.argsort(-counts, kind="stable")[:_MANY].tolist():
         if found and counts[label] < 0.01 * found[0].level:
             break
@@ -114,32 +113,55 @@ def _largest(
         under = of[roofed]
         room = spans.ceiling_m[under] - spans.floor_m[under]
         facing = spans.facing[under]
-        airy = np.count_nonzero(facing == air) >= np.count_nonzero(facing == rock)
+        airy = np.count_nonzero(facing == FACES_AIR) >= np.count_nonzero(facing == FACES_ROCK)
         headroom = float(np.median(room)) if len(room) else math.inf
-        found.append(_Part(label, int(counts[label]), float(roofed.mean()), bool(airy), headroom))
+        found.append(
+            _Part(
+                label,
+                int(counts[label]),
+                float(roofed.mean()),
+                bool(airy),
+                headroom,
+                spans.cell[of],
+            )
+        )
     return found
 
 
-def _ordered(parts: list[_Part], roof: bool | None) -> list[_Part]:
+def _ordered(parts: list[_Part], roof: bool | None, cell_m: float) -> list[_Part]:
     """Parts in the order in which they are likely to be meant."""
     most = parts[0].level
     under = [part for part in parts if part.roofed > _HALF]
-    open_sky = [part for part in parts if part.roofed <= _HALF]
-    # A room in rock or between walls, as its surfaces are wound; the wall's inside is none.
-    rooms = [part for part in under if part.airy and part.level >= _SOME * most]
-    # A closed shell that is wound like a solid body: high enough it is a cave, and else a slab.
-    shells = [part for part in under if part.headroom_m >= _HIGH_M and part.level >= _HALF * most]
-    if roof is None:
-        first = rooms or shells or open_sky
-    elif roof:
-        first = rooms or under
-    else:
-        first = open_sky
+    if roof is False:
+        # Any floor will do, but of two that are alike the one under the sky.
+        return sorted(parts, key=lambda part: -part.level * (1.0 if part.roofed > _HALF else 1.1))
+    # The winding of surfaces is a hint: rooms are wound like caves in rock, bodies the other way.
+    rooms = [part for part in under if part.airy and _is_cave(part, parts, cell_m)]
+    # A closed shell that is wound like a body: high enough it is a cave, else a slab.
+    high = [part for part in under if part.headroom_m >= _HIGH_M]
+    shells = high if sum(part.level for part in high) >= _HALF * most else []
+    first = rooms + [part for part in (under if roof else shells) if part not in rooms]
+    if not first:
+        first = [part for part in parts if part.roofed <= _HALF]
     return first + [part for part in parts if part not in first]
 
 
-def _proposed(parts: list[_Part], roof: bool | None) -> tuple[_Part, str]:
-    best = _ordered(parts, roof)[0]
+def _is_cave(room: _Part, parts: list[_Part], cell_m: float) -> bool:
+    """Whether a room is large against all floors but those that lie over and under it.
+
+    The block of rock that holds a cave may be of any size, and so may be the land above.
+    """
+    large = room.level * cell_m**2 >= _LARGE_M2 and room.level >= 0.02 * parts[0].level
+    for other in parts:
+        if _SOME * other.level <= room.level:
+            return True
+        if not large or np.isin(room.cells, other.cells).mean() < _HALF:
+            return False
+    return True
+
+
+def _proposed(parts: list[_Part], roof: bool | None, cell_m: float) -> tuple[_Part, str]:
+    best = _ordered(parts, roof, cell_m)[0]
     if roof and best.roofed <= _HALF:
         raise WorldError(
             "no floor of the mesh lies under a ceiling: it has no roof (--no-roof), or another up "

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.arrays import world_from_array
-from swarmscout.worlds.discs import parts
+from swarmscout.worlds.discs import fits, parts
 from swarmscout.worlds.meshes.flooding import Flooded
 from swarmscout.worlds.meshes.ground import flanks, ground_under
 from swarmscout.worlds.starts import start_of
@@ -69,7 +69,7 @@ def drivable(
     if start_m is None:
         start = _found_start(open_cells, frame, known, radius_m)
     else:
-        start = _given_start(open_cells, frame, (start_m[0], start_m[1]), whys)
+        start = _given_start(open_cells, frame, (start_m[0], start_m[1]), whys, radius_m)
     free = _part(open_cells, frame, start)
 
     cell_m2 = frame.cell_m**2
@@ -91,7 +91,8 @@ def _outside(reached: Flooded, cell_m: float) -> NDArray[np.bool_]:
     """Floor under open sky that is larger than a skylight."""
     labels = parts(np.isinf(reached.ceiling_m))
     large = np.flatnonzero(np.bincount(labels.ravel()) * cell_m**2 > _SKYLIGHT_M2)
-    return np.isin(labels, large[large > 0])
+    outside: NDArray[np.bool_] = np.isin(labels, large[large > 0])
+    return outside
 
 
 def _part(
@@ -145,16 +146,18 @@ def _given_start(
     frame: GridFrame,
     start_m: tuple[float, float],
     whys: dict[str, NDArray[np.bool_]],
+    radius_m: float,
 ) -> tuple[float, float]:
-    """The start, or the centre of the nearest free cell where its own is not free."""
+    """The start, or the centre of the nearest cell with room for a robot where its own has none."""
     row, col = frame.cell_of(*start_m)
-    if frame.contains(row, col) and open_cells[row, col]:
+    room = fits(open_cells.astype(np.uint8), frame.cell_m, radius_m)
+    if frame.contains(row, col) and room[row, col]:
         return start_m
-    nearest = _nearest(open_cells, frame, start_m)
+    nearest = _nearest(room, frame, start_m)
     if nearest is None:
         why = next(
             (why for why, of in whys.items() if frame.contains(row, col) and of[row, col]),
-            "cut off",
+            "too narrow for a robot, or cut off",
         )
         raise WorldError(
             f"no floor that can be driven is within {_NEAR_M:g} m of the start ({start_m[0]:g}, "

@@ -42,7 +42,6 @@ STEP_M = 0.15
 _RESOLUTION_M = 0.1
 _SMALL_M, _LONG_M = 2.0, 2000.0
 """A place for robots of 0.3 m that is smaller or larger may be given in another unit."""
-
 Progress = Callable[[str, float], None]
 
 
@@ -139,8 +138,7 @@ def import_mesh_with_report(
     say("flooding", 0.0)
     links = link(spans, walls, frame, step_m, CLEARANCE_M)
     del walls
-    inside_out = _signed_volume(frame_of.vertices_m, clean.triangles) < 0.0
-    chosen = choose(spans, links, frame, roof, start, inside_out)
+    chosen = choose(spans, links, frame, roof, start)
     say("flooding", 0.5)
     reached = flooded(spans, links, frame, chosen.members, chosen.start)
     del links
@@ -255,13 +253,6 @@ def _hint(at: Framed) -> str:
         if (large or small) and _SMALL_M <= scaled <= _LONG_M:
             return f"; if the file is in {name}, say so with scale {unit:g}"
     return ""
-
-
-def _signed_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> float:
-    """Above 0 where a mesh as a whole is wound as the surface of a solid body."""
-    middle = vertices.mean(axis=0)
-    a, b, c = (vertices[triangles[:, corner]] - middle for corner in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)))
 
 
 def _source(
