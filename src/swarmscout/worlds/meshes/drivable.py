@@ -105,7 +105,8 @@ def _part(
         return cells & (labels == labels[nearest]) if nearest else np.zeros_like(cells)
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
-    return cells & (labels == int(np.argmax(sizes)))
+    largest: NDArray[np.bool_] = cells & (labels == int(np.argmax(sizes)))
+    return largest
 
 
 def _nearest(
