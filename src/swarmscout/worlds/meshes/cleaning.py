@@ -43,8 +43,7 @@ def cleaned(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Clea
     not_finite = len(triangles) - len(kept)
 
     # Corners at the same place become one vertex: formats as STL give each triangle its own.
-    used, kept = np.unique(kept, return_inverse=True)
-    kept = kept.reshape(-1, 3)
+    used, kept = _only_used(kept, len(vertices))
     places = vertices[used] + 0.0  # −0.0 is 0.0.
     number, first = _numbered(places)
     places, kept = places[first], number[kept]
@@ -60,14 +59,23 @@ def cleaned(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Clea
 
     _, once = _numbered(np.sort(with_area, axis=1))
     single = with_area[np.sort(once)]
-    used, single = np.unique(single, return_inverse=True)
+    used, single = _only_used(single, len(places))
     return Cleaned(
         places[used],
-        single.reshape(-1, 3).astype(np.int32),
+        single.astype(np.int32),
         not_finite,
         degenerate,
         len(with_area) - len(once),
     )
+
+
+def _only_used(
+    triangles: NDArray[np.int64], count: int
+) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Which of so many vertices triangles use, and the triangles when only those are left."""
+    used = np.zeros(count, dtype=np.bool_)
+    used[triangles.ravel()] = True
+    return used, (np.cumsum(used) - 1)[triangles]
 
 
 def _numbered(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

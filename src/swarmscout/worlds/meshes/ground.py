@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from swarmscout.core.jit import kernel
+from swarmscout.worlds.discs import covered_by
 
 __all__ = ["Ground", "flanks", "ground_under"]
 
@@ -50,11 +50,7 @@ def ground_under(floor_m: NDArray[np.float32], cell_m: float) -> Ground:
     offsets = _disc(_BUMP_M / cell_m)
     lowest = _extreme(floor_m, floor_m, offsets, -1.0)
     opened = _extreme(lowest, floor_m, offsets, 1.0)
-    height = _smoothed(opened, known, _SMOOTH_M / cell_m)
-    # Beside the floor any mean does; on it the edge of another level must not bend the ground.
-    offsets = _disc(3.0 * _SMOOTH_M / cell_m)
-    weights = np.exp(-0.5 * (offsets**2).sum(axis=1) * (cell_m / _SMOOTH_M) ** 2)
-    _mean(opened, offsets, weights, height)
+    height = _smoothed(opened, cell_m, _SMOOTH_M, beside=True)
     with np.errstate(invalid="ignore"):
         obstacle = known & (floor_m - height > _OBSTACLE_M)
     slope = _slope(np.where(known, height, np.float32(np.nan)), cell_m)
@@ -69,10 +65,9 @@ def flanks(floor_m: NDArray[np.float32], cell_m: float) -> NDArray[np.bool_]:
         floor_m: float32[rows, cols], heights of the floor; NaN where there is none.
         cell_m: edge of a cell, in metres.
     """
-    known = ~np.isnan(floor_m)
-    height = np.where(known, _smoothed(floor_m, known, _FLANK_M / cell_m), np.float32(np.nan))
+    height = _smoothed(floor_m, cell_m, _FLANK_M, beside=False)
     steep: NDArray[np.bool_] = _slope(height, cell_m) > math.tan(math.radians(_FLANK_DEG))
-    return steep & known
+    return steep
 
 
 def _disc(radius: float) -> NDArray[np.int64]:
@@ -108,35 +103,45 @@ def _extreme(heights, floor, offsets, sign):  # type: ignore[no-untyped-def]
     return found
 
 
+def _smoothed(
+    heights: NDArray[np.float32], cell_m: float, sigma_m: float, *, beside: bool
+) -> NDArray[np.float32]:
+    """A Gaussian mean of the known heights; NaN where none is known, or, if asked, none is near."""
+    offsets = _disc(3.0 * sigma_m / cell_m)
+    weights = np.exp(-0.5 * (offsets**2).sum(axis=1) * (cell_m / sigma_m) ** 2)
+    where = ~np.isnan(heights)
+    if beside:
+        where = covered_by(where, cell_m, 2.5 * sigma_m)
+    smooth: NDArray[np.float32] = _mean(heights, where, offsets, weights)
+    return smooth
+
+
 @kernel
-def _mean(heights, offsets, weights, mean):  # type: ignore[no-untyped-def]
-    """Put the weighted mean of the heights about each known one, on its own level, into `mean`."""
+def _mean(heights, where, offsets, weights):  # type: ignore[no-untyped-def]
+    """The weighted mean of the known heights about each cell that is asked for.
+
+    Where a height is known it counts only what is on its own level: beyond a ledge the ground is
+    another one.
+    """
     rows, columns = heights.shape
+    mean = np.full((rows, columns), np.nan, dtype=np.float32)
     for row in range(rows):
         for col in range(columns):
-            here = heights[row, col]
-            if np.isnan(here):
+            if not where[row, col]:
                 continue
+            here = heights[row, col]
             total = weight = 0.0
             for number in range(len(offsets)):
                 r, c = row + offsets[number, 0], col + offsets[number, 1]
-                if 0 <= r < rows and 0 <= c < columns and abs(heights[r, c] - here) < _LEDGE_M:
+                if 0 <= r < rows and 0 <= c < columns and not np.isnan(heights[r, c]):
+                    # An unknown height compares as false: beside the floor all of it counts.
+                    if abs(heights[r, c] - here) >= _LEDGE_M:
+                        continue
                     total += weights[number] * heights[r, c]
                     weight += weights[number]
-            mean[row, col] = total / weight
-
-
-def _smoothed(
-    heights: NDArray[np.float32], known: NDArray[np.bool_], sigma: float
-) -> NDArray[np.float32]:
-    """A Gaussian mean over the known heights only; NaN where none is near."""
-    filled = np.where(known, heights, np.float32(0.0))
-    weight = ndimage.gaussian_filter(known.astype(np.float32), sigma, truncate=3.0)
-    total = ndimage.gaussian_filter(filled, sigma, truncate=3.0)
-    enough = weight > 1e-3
-    smooth = np.full(heights.shape, np.nan, dtype=np.float32)
-    np.divide(total, weight, out=smooth, where=enough)
-    return smooth
+            if weight > 0.0:
+                mean[row, col] = total / weight
+    return mean
 
 
 @kernel
