@@ -16,11 +16,11 @@ __all__ = ["Ground", "flanks", "ground_under"]
 _BUMP_M = 0.6
 """Radius: what is narrower than this disc and stands out of the floor is no ground."""
 _OBSTACLE_M = 0.2
-_STEEPEST_DEG = 30.0
+_STEEPEST_DEG, _SPARE_DEG, _SLOPE_M = 30.0, 8.0, 0.5
 _SMOOTH_M = 0.3
 _LEDGE_M = 1.0
 """What is nearer than the disc's radius and so much higher or lower is another level."""
-_FLANK_DEG, _FLANK_M = 45.0, 0.2
+_FLANK_DEG, _FLANK_M = 45.0, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Ground:
         height_m: float32[rows, cols], the smoothed ground, which goes on a little beside the floor;
             NaN farther away.
         obstacle: bool[rows, cols], the floor stands out of the ground.
-        steep: bool[rows, cols], the ground is too steep.
+        steep: bool[rows, cols], the floor is too steep.
     """
 
     height_m: NDArray[np.float32]
@@ -50,11 +50,16 @@ def ground_under(floor_m: NDArray[np.float32], cell_m: float) -> Ground:
     offsets = _disc(_BUMP_M / cell_m)
     lowest = _extreme(floor_m, floor_m, offsets, -1.0)
     opened = _extreme(lowest, floor_m, offsets, 1.0)
-    height = _smoothed(opened, cell_m, _SMOOTH_M, beside=True)
+    height = _smoothed(opened, cell_m, _SMOOTH_M)
     with np.errstate(invalid="ignore"):
         obstacle = known & (floor_m - height > _OBSTACLE_M)
-    slope = _slope(np.where(known, height, np.float32(np.nan)), cell_m)
+    nearest = _disc(1.0)
+    slope = _slope(np.where(known, height, np.float32(np.nan)), nearest, cell_m)
     steep = known & (slope > math.tan(math.radians(_STEEPEST_DEG)))
+    # At its upper edge an opened slope is level, whatever the floor there is.
+    plain = np.where(obstacle, np.float32(np.nan), floor_m)
+    slope = _slope(plain, _disc(_SLOPE_M / cell_m), cell_m)
+    steep |= known & (slope > math.tan(math.radians(_STEEPEST_DEG + _SPARE_DEG)))
     return Ground(height, obstacle, steep & ~obstacle)
 
 
@@ -65,8 +70,8 @@ def flanks(floor_m: NDArray[np.float32], cell_m: float) -> NDArray[np.bool_]:
         floor_m: float32[rows, cols], heights of the floor; NaN where there is none.
         cell_m: edge of a cell, in metres.
     """
-    height = _smoothed(floor_m, cell_m, _FLANK_M, beside=False)
-    steep: NDArray[np.bool_] = _slope(height, cell_m) > math.tan(math.radians(_FLANK_DEG))
+    slope = _slope(floor_m, _disc(_FLANK_M / cell_m), cell_m)
+    steep: NDArray[np.bool_] = slope > math.tan(math.radians(_FLANK_DEG))
     return steep
 
 
@@ -103,15 +108,11 @@ def _extreme(heights, floor, offsets, sign):  # type: ignore[no-untyped-def]
     return found
 
 
-def _smoothed(
-    heights: NDArray[np.float32], cell_m: float, sigma_m: float, *, beside: bool
-) -> NDArray[np.float32]:
-    """A Gaussian mean of the known heights; NaN where none is known, or, if asked, none is near."""
+def _smoothed(heights: NDArray[np.float32], cell_m: float, sigma_m: float) -> NDArray[np.float32]:
+    """A Gaussian mean of the known heights, also a little beside them; NaN farther away."""
     offsets = _disc(3.0 * sigma_m / cell_m)
     weights = np.exp(-0.5 * (offsets**2).sum(axis=1) * (cell_m / sigma_m) ** 2)
-    where = ~np.isnan(heights)
-    if beside:
-        where = covered_by(where, cell_m, 2.5 * sigma_m)
+    where = covered_by(~np.isnan(heights), cell_m, 2.5 * sigma_m)
     smooth: NDArray[np.float32] = _mean(heights, where, offsets, weights)
     return smooth
 
@@ -145,8 +146,11 @@ def _mean(heights, where, offsets, weights):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _slope(heights, cell_m):  # type: ignore[no-untyped-def]
-    """Rise over run of the steepest direction; at the floor's edges from the side that is known."""
+def _slope(heights, offsets, cell_m):  # type: ignore[no-untyped-def]
+    """The slope of the plane that fits the known heights about each cell best, on its own level.
+
+    A plane is not misled at a floor's edge, where a mean bends.
+    """
     rows, columns = heights.shape
     slope = np.zeros((rows, columns), dtype=np.float32)
     for row in range(rows):
@@ -154,17 +158,22 @@ def _slope(heights, cell_m):  # type: ignore[no-untyped-def]
             here = heights[row, col]
             if np.isnan(here):
                 continue
-            steepest = 0.0
-            for axis in range(2):
-                low = high = here
-                span = 0
-                r, c = row - (1 - axis), col - axis
-                if r >= 0 and c >= 0 and not np.isnan(heights[r, c]):
-                    low, span = heights[r, c], span + 1
-                r, c = row + (1 - axis), col + axis
-                if r < rows and c < columns and not np.isnan(heights[r, c]):
-                    high, span = heights[r, c], span + 1
-                if span > 0:
-                    steepest += ((high - low) / span) ** 2
-            slope[row, col] = np.sqrt(steepest) / cell_m
+            count = u = v = z = uu = uv = vv = uz = vz = 0.0
+            for number in range(len(offsets)):
+                y, x = offsets[number, 0], offsets[number, 1]
+                r, c = row + y, col + x
+                if 0 <= r < rows and 0 <= c < columns and abs(heights[r, c] - here) < _LEDGE_M:
+                    rise = heights[r, c] - here
+                    count += 1.0
+                    u, v, z = u + x, v + y, z + rise
+                    uu, uv, vv = uu + x * x, uv + x * y, vv + y * y
+                    uz, vz = uz + x * rise, vz + y * rise
+            uu, uv, vv = uu - u * u / count, uv - u * v / count, vv - v * v / count
+            uz, vz = uz - u * z / count, vz - v * z / count
+            span = uu * vv - uv * uv
+            if span > 1e-6:
+                along, up = (uz * vv - vz * uv) / span, (vz * uu - uz * uv) / span
+            else:  # In a single row or column there is but one direction.
+                along, up = uz / max(uu, 1e-6), vz / max(vv, 1e-6)
+            slope[row, col] = np.sqrt(along * along + up * up) / cell_m
     return slope
