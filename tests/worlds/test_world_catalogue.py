@@ -73,5 +73,6 @@ def test_options_without_effect_are_refused(tmp_path):
 
 
 def test_public_names():
-    shown = {name for name in vars(swarmscout.worlds) if not name.startswith("_")}
-    assert set(swarmscout.worlds.__all__) <= shown
+    assert list(swarmscout.worlds.__all__) == sorted(swarmscout.worlds.__all__)
+    for name in swarmscout.worlds.__all__:
+        assert getattr(swarmscout.worlds, name) is not None

@@ -19,7 +19,7 @@ _MOST_ROBOTS = 100_000
 
 app = App(name="worlds", help="List, show, import and generate worlds.", help_format="plaintext")
 
-_Point = Annotated[str | None, Parameter(metavar="X,Y")]
+_Place = Annotated[str | None, Parameter(metavar="X,Y[,Z]")]
 _Points = Annotated[tuple[str, ...], Parameter(metavar="X,Y", negative=(), show_default=False)]
 _Folder = Annotated[Path | None, Parameter(metavar="FOLDER")]
 _MeshFile = Annotated[Path | None, Parameter(metavar="MESH.ply")]
@@ -156,33 +156,72 @@ def import_world(
     /,
     *,
     metres_per_cell: float | None = None,
+    up: Literal["z", "y"] | None = None,
+    scale: float | None = None,
+    roof: bool | None = None,
+    step_height: float | None = None,
     resolution: float | None = None,
-    start: _Point = None,
+    start: _Place = None,
     station: _Points = (),
     robots: WholeNumber = 15,
     out: _Folder = None,
 ) -> None:
-    """Make a world of a map: nav2 YAML, MovingAI .map, image or .npy; report and picture.
+    """Make a world of a map or a cave's mesh; report and picture.
+
+    Maps are nav2 YAML, MovingAI .map, images and .npy; meshes are OBJ, STL, PLY, GLB, glTF, DAE
+    and OFF.
 
     Args:
-        file: the map.
-        metres_per_cell: edge of its cell or pixel, in metres; nav2 maps say it themselves.
-        resolution: edge of a raster cell, in metres; by default the map's own, or at most 0.1.
+        file: the map or the mesh.
+        metres_per_cell: edge of a map's cell or pixel, in metres; nav2 maps say it themselves.
+        up: the mesh's axis that points up; by default guessed from its surfaces.
+        scale: metres per unit of the mesh, as 0.001; by default as its file says, or else 1.
+        roof: only floor of the mesh under a ceiling counts, or any; by default found out.
+        step_height: most height between neighbouring cells of a mesh's floor; by default 0.15.
+        resolution: edge of a raster cell, in metres; by default a map's own, or at most 0.1.
         start: where missions start, in metres; by default a roomy place in the largest region.
         station: a charging station, in metres; may be repeated; by default near the start.
         robots: for how many robots it is checked and drawn.
         out: a new folder; by default one in the working directory with the map's name.
     """
+    from swarmscout.core.errors import WorldError
+    from swarmscout.worlds.arrays import with_places
     from swarmscout.worlds.catalogue import load_world
+    from swarmscout.worlds.meshes.files import MESH_SUFFIXES
 
-    loaded = load_world(
-        Path(file),
-        cell_m=metres_per_cell,
-        resolution_m=resolution,
-        start_m=None if start is None else _point("--start", start),
-        stations_m=[_point("--station", text) for text in station] or None,
-    )
-    _keep(loaded, robots, out)
+    is_mesh = Path(file).suffix.lower() in MESH_SUFFIXES
+    stations = [_point("--station", text) for text in station] or None
+    if not is_mesh:
+        _refuse(f"'{file}' is no mesh", up=up, scale=scale, roof=roof, step_height=step_height)
+        place = None if start is None else _point("--start", start)
+        loaded = load_world(
+            Path(file), cell_m=metres_per_cell, resolution_m=resolution, start_m=place,
+            stations_m=stations,
+        )  # fmt: skip
+        _keep(loaded, robots, out)
+        return
+    from swarmscout.cli.mesh_import import world_of_mesh
+
+    _refuse(f"'{file}' is a mesh (use --scale)", metres_per_cell=metres_per_cell)
+    if not Path(file).is_file():
+        raise WorldError(f"mesh '{file}' does not exist: looked for '{Path(file).absolute()}'")
+    _check_robots(robots)
+    _new_folder(out or Path(Path(file).stem))  # Before the work, not after it.
+    world = world_of_mesh(
+        Path(file), up=up, scale=scale, roof=roof, resolution_m=resolution,
+        step_height_m=step_height,
+        start_m=None if start is None else _point("--start", start, most=3),
+    )  # fmt: skip
+    _keep(with_places(world, None, stations), robots, out, reported=True)
+
+
+def _refuse(what: str, **options: object) -> None:
+    """Complain about options that would have no effect."""
+    from swarmscout.core.errors import WorldError
+
+    for name, value in options.items():
+        if value is not None:
+            raise WorldError(f"{what}: --{name.replace('_', '-')} has no meaning: leave it out")
 
 
 def _check_robots(robots: int) -> None:
@@ -243,7 +282,7 @@ def _new_folder(folder: Path) -> Path:
     return folder
 
 
-def _keep(world: World, robots: int, out: Path | None) -> None:
+def _keep(world: World, robots: int, out: Path | None, *, reported: bool = False) -> None:
     """Check a world, write it into a new folder with a picture, and say so."""
     from swarmscout.core.errors import WorldError
     from swarmscout.worlds.checks import check_world
@@ -252,7 +291,8 @@ def _keep(world: World, robots: int, out: Path | None) -> None:
     _check_robots(robots)
     folder = _new_folder(out or Path(world.name))
     check_world(world, robots)
-    _report(world, robots)
+    if not reported:
+        _report(world, robots)
     try:
         save_world(world, folder)
     except OSError as error:
@@ -286,12 +326,15 @@ def _draw(world: World, robots: int, path: Path) -> None:
     print(f"picture: {world_picture(world, path, robots)}")
 
 
-def _point(option: str, text: str) -> tuple[float, float]:
-    """``12.5,3`` as x, y in metres."""
+def _point(option: str, text: str, most: int = 2) -> tuple[float, ...]:
+    """``12.5,3`` as x, y in metres; where that is allowed ``12.5,3,-1`` as x, y, z."""
     from swarmscout.core.errors import WorldError
 
     try:
-        x, y = (float(part) for part in text.split(","))
+        point = tuple(float(part) for part in text.split(","))
     except ValueError:
-        raise WorldError(f"{option} '{text}': expected X,Y in metres, e.g. 12.5,3") from None
-    return x, y
+        point = ()
+    if not 2 <= len(point) <= most:
+        expected = "X,Y" if most == 2 else "X,Y or X,Y,Z"
+        raise WorldError(f"{option} '{text}': expected {expected} in metres, e.g. 12.5,3")
+    return point

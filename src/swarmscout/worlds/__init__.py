@@ -4,6 +4,10 @@ Only bodies, judging, recording, viewing and the ``worlds`` commands look in her
 never do.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from swarmscout.worlds.arrays import world_from_array, world_from_ascii
 from swarmscout.worlds.catalogue import load_world, named_worlds
 from swarmscout.worlds.checks import check_world
@@ -17,12 +21,16 @@ from swarmscout.worlds.tube import generate_tube
 from swarmscout.worlds.tube_parameters import TubeParameters
 from swarmscout.worlds.world import World
 
+if TYPE_CHECKING:
+    from swarmscout.worlds.meshes.importing import import_mesh
+
 __all__ = [
     "Mesh",
     "TubeParameters",
     "World",
     "check_world",
     "generate_tube",
+    "import_mesh",
     "load_folder",
     "load_world",
     "named_worlds",
@@ -35,3 +43,12 @@ __all__ = [
     "world_from_ascii",
     "write_mesh",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Load the importer of meshes when it is first used: it brings kernels with it."""
+    if name != "import_mesh":
+        raise AttributeError(f"module 'swarmscout.worlds' has no attribute '{name}'")
+    from swarmscout.worlds.meshes.importing import import_mesh
+
+    return import_mesh

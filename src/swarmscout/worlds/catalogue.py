@@ -14,6 +14,7 @@ from swarmscout.core.errors import WorldError, did_you_mean
 from swarmscout.worlds.arrays import load_array, with_places
 from swarmscout.worlds.folder import WORLD_FILE, load_folder
 from swarmscout.worlds.images import IMAGE_SUFFIXES, load_image
+from swarmscout.worlds.meshes.files import MESH_SUFFIXES
 from swarmscout.worlds.movingai import load_movingai
 from swarmscout.worlds.nav2 import load_nav2
 from swarmscout.worlds.tube import generate_tube
@@ -144,6 +145,11 @@ def _from_file(
         _refuse(where, "a world folder", cell_m=cell_m, resolution_m=resolution_m)
         return load_folder(path)
     suffix = path.suffix.lower()
+    if suffix in MESH_SUFFIXES:
+        raise WorldError(
+            f"{where} is a mesh: make a world of it first, which takes a while and some decisions: "
+            f"swarmscout worlds import {path} --out FOLDER"
+        )
     if path.name == WORLD_FILE:
         return load_folder(path.parent)
     if suffix in (".yaml", ".yml"):

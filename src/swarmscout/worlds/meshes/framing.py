@@ -1,0 +1,125 @@
+"""From a mesh's own axes and unit to a world's frame: z up, metres, not far from the origin."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.errors import WorldError
+from swarmscout.worlds.meshes.files import MeshFile
+
+__all__ = ["Framed", "framed"]
+
+_FAR_M = 10_000.0
+"""Beyond this a float32 is coarser than a millimetre."""
+_CLEARLY = 2.0
+"""By this factor the shape of a mesh must speak against its tag (or the format's habit)."""
+_LEVEL = math.cos(math.radians(15.0))
+_SMALL_M, _LARGE_M = 1.0, 5000.0
+"""Places for robots of 0.3 m are this long; anything else is taken for another unit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Framed:
+    """Vertices in a world's frame, and how they came there.
+
+    Attributes:
+        vertices_m: float64[V, 3], z up, in metres.
+        offset_m: what was taken off the mesh's coordinates (z up, in metres), whole metres.
+        up: ``"z"`` or ``"y"``: the mesh's own axis that points up.
+        up_because: why that one.
+        scale: metres per unit of the file.
+        scale_because: why.
+    """
+
+    vertices_m: NDArray[np.float64]
+    offset_m: tuple[float, float, float]
+    up: str
+    up_because: str
+    scale: float
+    scale_because: str
+
+
+def framed(
+    file: MeshFile,
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.int32],
+    up: str | None,
+    scale: float | None,
+) -> Framed:
+    """Turn, scale and shift a mesh's vertices.
+
+    Args:
+        file: for its tags.
+        vertices: float64[V, 3] in the file's axes and unit, finite.
+        triangles: int32[T, 3].
+        up: the axis that points up, ``"z"`` or ``"y"``; None: it is guessed.
+        scale: metres per unit; None: the file's tag where the size is then plausible, or else 1.
+
+    Raises:
+        WorldError: the axis or the scale is impossible.
+    """
+    if up not in (None, "z", "y"):
+        raise WorldError(f"up = {up!r}: expected 'z' or 'y', the mesh's own axis that points up")
+    if scale is not None and not (isinstance(scale, int | float) and 0.0 < scale < math.inf):
+        raise WorldError(f"scale = {scale!r}: expected metres per unit of the file, as 0.001")
+    up_because = "as asked"
+    if up is None:
+        up, up_because = _guess_up(file.up_tag, vertices, triangles)
+    scale_because = "as asked"
+    if scale is None:
+        scale, scale_because = _guess_scale(file.unit_m, vertices)
+    turned = vertices * float(scale)
+    if up == "y":
+        turned = np.stack((turned[:, 0], -turned[:, 2], turned[:, 1]), axis=1)
+    offset = np.zeros(3)
+    if len(turned) and np.abs(turned).max() > _FAR_M:
+        low, high = turned.min(axis=0), turned.max(axis=0)
+        # Only axes that are far off; whole metres, so that nobody needs a pocket calculator.
+        far = np.maximum(np.abs(low), np.abs(high)) > _FAR_M
+        offset = np.where(far, np.floor((low + high) / 2.0), 0.0)
+    x, y, z = offset.tolist()
+    return Framed(turned - offset, (x, y, z), up, up_because, float(scale), scale_because)
+
+
+def _guess_up(
+    tag: str | None, vertices: NDArray[np.float64], triangles: NDArray[np.int32]
+) -> tuple[str, str]:
+    """The tag, or z without one, unless level surfaces and the extents clearly speak against it."""
+    expected = tag if tag in ("y", "z") else "z"
+    other = "y" if expected == "z" else "z"
+    habit = f"the file says {expected}" if tag in ("y", "z") else "most meshes are"
+    evidence = {axis: _levelness(vertices, triangles, axis) for axis in ("y", "z")}
+    if evidence[other] > _CLEARLY * evidence[expected]:
+        says = f"though the file says {expected}" if tag in ("y", "z") else "unlike most meshes"
+        return other, f"its level surfaces say so, {says}"
+    return expected, f"{habit}, and its level surfaces do not contradict"
+
+
+def _levelness(vertices: NDArray[np.float64], triangles: NDArray[np.int32], axis: str) -> float:
+    """How well an axis does for up: much level surface, and a mesh that is low along it."""
+    number = "xyz".index(axis)
+    extent = np.ptp(vertices, axis=0) if len(vertices) else np.ones(3)
+    longest = max(float(extent.max()), 1e-300)
+    low = float(extent[number]) / longest
+    a, b, c = (vertices[triangles[:, corner]] / longest for corner in range(3))
+    across = np.cross(b - a, c - a)
+    size = np.linalg.norm(across, axis=1)
+    upright = np.abs(across[:, number])
+    level = float(upright[upright >= _LEVEL * size].sum())
+    return level / math.sqrt(low + 0.01)
+
+
+def _guess_scale(unit_m: float | None, vertices: NDArray[np.float64]) -> tuple[float, str]:
+    """The file's own unit where the mesh then has a plausible size."""
+    if unit_m is None:
+        return 1.0, "the file names no unit"
+    if unit_m == 1.0:
+        return 1.0, "the file is in metres"
+    longest = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 0.0
+    if _SMALL_M <= longest * unit_m <= _LARGE_M or not _SMALL_M <= longest <= _LARGE_M:
+        return unit_m, f"the file says that its unit is {unit_m:g} m"
+    return 1.0, f"the file says {unit_m:g} m, but then it would be {longest * unit_m:,.3g} m long"
