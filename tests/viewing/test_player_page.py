@@ -228,6 +228,35 @@ def test_the_kept_picture_of_the_rock_is_the_rock(file, watched):
         assert not redrawn  # The last drawing put light on a picture that was there.
 
 
+STANDING = """() => {
+    const { robots, mission } = player.scenes[0];
+    robots.place(player.now.robots, player.look, 1000, 1, 1);  // From near by: bodies, not dots.
+    return player.now.robots.map((robot) => [
+        [...robots.bodies.instanceMatrix.array.slice(16 * robot.robot, 16 * robot.robot + 16)],
+        robot.x, robot.y, robot.heading, ...mission.riseAt(robot.x, robot.y),
+    ]);
+}"""
+
+
+def test_bodies_stand_on_the_floor_as_it_slopes(file, run, watched):
+    page = watched(width=640, height=480).open(f"{file.as_uri()}#t=40")
+    standing = page.evaluate(STANDING)
+    assert len(standing) == run.scenario.robots
+    tilts = []
+    for matrix, x, y, heading, rise_x, rise_y in standing:
+        ahead, left, up, place = np.array(matrix).reshape(4, 4)[:, :3]
+        radius = run.scenario.body.radius_m
+        turned = np.array([ahead, left, up]) / radius
+        np.testing.assert_allclose(turned @ turned.T, np.eye(3), atol=1e-5)
+        np.testing.assert_allclose(place[:2], [x, y], atol=1e-5)
+        normal = np.array([-rise_x, -rise_y, 1.0])
+        np.testing.assert_allclose(turned[2], normal / np.linalg.norm(normal), atol=1e-5)
+        np.testing.assert_allclose(np.cross(turned[0], turned[1]), turned[2], atol=1e-5)
+        assert np.cos(np.arctan2(ahead[1], ahead[0]) - heading) == pytest.approx(1.0, abs=1e-6)
+        tilts.append(np.degrees(np.arccos(turned[2, 2])))
+    assert 0.5 < max(tilts) < 45.0
+
+
 HOSTILE = [
     "<img src=x onerror=alert(1)>",
     "</script><script>window.stolen = 1</script>",

@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 
 from swarmscout.core.errors import WorldError
-from swarmscout.worlds import Mesh, World, load_folder, load_world, save_world, world_from_ascii
+from swarmscout.worlds import (
+    Mesh,
+    World,
+    load_folder,
+    load_world,
+    save_world,
+    world_from_array,
+    world_from_ascii,
+)
 
 
 @pytest.fixture
@@ -44,6 +52,28 @@ def test_round_trip(tmp_path, world):
         assert not back.free.flags.writeable
     small = world_from_ascii("####\n#SC#\n####", name="tïny")
     same(small, load_folder(save_world(small, tmp_path / "a" / "b")))
+
+
+def test_heights_that_are_mostly_the_same_are_kept_where_they_are_not(tmp_path):
+    free = np.zeros((300, 400), dtype=np.uint8)
+    free[100:150, 50:120] = 1
+    rng = np.random.default_rng(0)
+    ground = np.where(free, rng.normal(size=free.shape), -0.1).astype(np.float32)
+    ceiling = np.where(free, ground + 2.0, -0.1).astype(np.float32)
+    ceiling[0, 399] = 7.0
+    given = {"ground_m": ground, "ceiling_m": ceiling}
+    world = world_from_array(free, name="hole", **given)
+    one = contents(save_world(world, tmp_path / "one"))
+    back = load_folder(tmp_path / "one")
+    same(world, back)
+    assert not back.ground_m.flags.writeable
+    assert sum(map(len, one.values())) < 100_000 < 2 * ground.nbytes
+    assert contents(save_world(back, tmp_path / "two")) == one
+    save_world(world_from_ascii("..."), tmp_path / "one")
+    assert sorted(contents(tmp_path / "one")) == ["free.npy", "world.toml"]
+    (tmp_path / "two" / "inside.npy").unlink()
+    with pytest.raises(WorldError, match=r"inside\.npy"):
+        load_folder(tmp_path / "two")
 
 
 def test_a_mesh_comes_back_and_goes_with_its_world(tmp_path, world):

@@ -28,6 +28,7 @@ def world_of_mesh(
 ) -> World:
     """Import a mesh, show how it goes on, and print the report."""
     from swarmscout.cli.compiling import uncompiled_kernels
+    from swarmscout.robots.agreement import sensing_agreement
     from swarmscout.worlds.meshes.importing import import_mesh_with_report
 
     if any(".meshes." in name for name in uncompiled_kernels()):
@@ -39,6 +40,11 @@ def world_of_mesh(
         )  # fmt: skip
     for line in report.lines():
         print(line)
+    found = sensing_agreement(world)
+    print(
+        f"exact sensing: {100.0 * found.hits:.1f} % of rays meet a wall in the mesh where they do "
+        f"in the raster, or in neither; {100.0 * found.alike:.1f} % measure the same within 0.1 m"
+    )
     return world
 
 

@@ -1,8 +1,10 @@
 """A world as a folder: ``world.toml`` and its rasters.
 
 ``free.npy`` holds the free raster packed to bits, ``ground.npy`` and ``ceiling.npy`` the heights,
-``vertices.npy`` and ``triangles.npy`` the mesh. The same world gives the same bytes. A digest of
-the free raster and where it lies is checked when a folder is read, and so are those of the files.
+``vertices.npy`` and ``triangles.npy`` the mesh. Where most heights are one number, as far from a
+cave, only the others are kept, and ``inside.npy`` says which those are. The same world gives the
+same bytes. A digest of the free raster and where it lies is checked when a folder is read, and so
+are those of the files.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import io
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +32,7 @@ WORLD_FILE = "world.toml"
 _FORMAT = 1
 _HEIGHTS = ("ground", "ceiling")
 _MESH = ("vertices", "triangles")
+_INSIDE = "inside"
 
 
 def save_world(world: World, folder: Path | str) -> Path:
@@ -48,9 +51,14 @@ def save_world(world: World, folder: Path | str) -> Path:
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     rasters = {"free": _bytes(np.packbits(world.free != 0, axis=1))}
-    for name, heights in zip(_HEIGHTS, (world.ground_m, world.ceiling_m), strict=True):
-        if heights is not None:
-            rasters[name] = _bytes(np.ascontiguousarray(heights, dtype=np.float32))
+    given = zip(_HEIGHTS, (world.ground_m, world.ceiling_m), strict=True)
+    heights = {name: raster for name, raster in given if raster is not None}
+    fill, inside = _mostly_the_same(list(heights.values()))
+    for name, raster in heights.items():
+        kept = raster if inside is None else raster[inside]
+        rasters[name] = _bytes(np.ascontiguousarray(kept, dtype=np.float32))
+    if inside is not None:
+        rasters[_INSIDE] = _bytes(np.packbits(inside, axis=1))
     if world.mesh is not None:
         arrays = (world.mesh.vertices_m, world.mesh.triangles)
         rasters |= {name: _bytes(array) for name, array in zip(_MESH, arrays, strict=True)}
@@ -67,9 +75,11 @@ def save_world(world: World, folder: Path | str) -> Path:
         facts["start_m"] = [float(part) for part in world.start_m]
     if world.stations_m is not None:
         facts["stations_m"] = [[float(x), float(y)] for x, y in world.stations_m]
+    if inside is not None:
+        facts["fill_m"] = dict(zip(heights, fill, strict=True))
     facts["rasters"] = {name: _sha(packed) for name, packed in rasters.items()}
     facts["source"] = _plain(world.source)
-    for name in _HEIGHTS + _MESH:
+    for name in (*_HEIGHTS, *_MESH, _INSIDE):
         if name not in rasters:
             (target / f"{name}.npy").unlink(missing_ok=True)
     for name, packed in rasters.items():
@@ -98,19 +108,25 @@ def load_folder(folder: Path | str) -> World:
         origin, start, stations = facts["origin_m"], facts.get("start_m"), facts.get("stations_m")
         named, resolution_m, digest = facts["name"], facts["resolution_m"], facts["digest"]
         source = facts.get("source", {})
+        fill = {str(name): float(height) for name, height in facts.get("fill_m", {}).items()}
         if not isinstance(source, Mapping) or rows < 1 or columns < 1:
             raise ValueError("rows, columns or source is impossible")
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         why = f"key {error} is missing" if isinstance(error, KeyError) else str(error)
         raise WorldError(f"'{home / WORLD_FILE}' is damaged: {why}") from None
     check_size((rows, columns), f"'{home / WORLD_FILE}'")
-    bits = _read(home, "free", digests, (rows, (columns + 7) // 8), np.uint8)
-    free = np.unpackbits(bits, axis=1, count=columns)
-    heights = {
-        name: _read(home, name, digests, (rows, columns), np.float32)
-        for name in _HEIGHTS
-        if name in digests
-    }
+    shape = (rows, columns)
+    free = _bits(home, "free", digests, shape)
+    inside = _bits(home, _INSIDE, digests, shape) != 0 if fill else None
+    heights = {}
+    for name in _HEIGHTS:
+        if name in fill and inside is not None:
+            heights[name] = np.full(shape, fill[name], dtype=np.float32)
+            count = int(np.count_nonzero(inside))
+            heights[name][inside] = _read(home, name, digests, (count,), np.float32)
+            heights[name].setflags(write=False)
+        elif name in digests:
+            heights[name] = _read(home, name, digests, shape, np.float32)
     world = world_from_array(
         free,
         resolution_m,
@@ -126,6 +142,26 @@ def load_folder(folder: Path | str) -> World:
     if world.digest != digest:
         raise WorldError(f"'{home}' is damaged: its raster does not have the digest {digest}")
     return world
+
+
+def _mostly_the_same(
+    rasters: Sequence[NDArray[np.float32]],
+) -> tuple[list[float], NDArray[np.bool_] | None]:
+    """The height that fills most of each raster, and where any has another; None: no such thing."""
+    if not rasters:
+        return [], None
+    fill = [float(raster.flat[0]) for raster in rasters]
+    inside = np.zeros(rasters[0].shape, dtype=np.bool_)
+    for raster, height in zip(rasters, fill, strict=True):
+        inside |= raster != np.float32(height)
+    return fill, inside if np.count_nonzero(inside) < inside.size // 2 else None
+
+
+def _bits(
+    home: Path, name: str, digests: Mapping[str, str], shape: tuple[int, int]
+) -> NDArray[np.uint8]:
+    bits = _read(home, name, digests, (shape[0], (shape[1] + 7) // 8), np.uint8)
+    return np.unpackbits(bits, axis=1, count=shape[1])
 
 
 def _mesh(home: Path, digests: Mapping[str, str]) -> Mesh | None:
@@ -156,7 +192,7 @@ def _read(
     home: Path,
     name: str,
     digests: Mapping[str, str],
-    shape: tuple[int | None, int],
+    shape: tuple[int | None, ...],
     dtype: type,
 ) -> NDArray[Any]:
     path = home / f"{name}.npy"
@@ -171,7 +207,7 @@ def _read(
     except (ValueError, EOFError, OSError) as error:
         raise WorldError(f"'{home}' is damaged: {path.name}: {error}") from None
     if shape[0] is None and array.ndim:
-        shape = (array.shape[0], shape[1])
+        shape = (array.shape[0], *shape[1:])
     if array.shape != shape or array.dtype != dtype:
         raise WorldError(
             f"'{home}' is damaged: {path.name} holds {array.dtype}{list(array.shape)}, "

@@ -157,6 +157,13 @@ export class Mission {
     return r.ground[row * r.columns + col];
   }
 
+  /** How much the floor rises per metre along x and along y at a point. */
+  riseAt(x, y) {
+    const d = this.relief.cell_m;
+    const along = this.groundAt(x + d, y) - this.groundAt(x - d, y);
+    return [along / (2 * d), (this.groundAt(x, y + d) - this.groundAt(x, y - d)) / (2 * d)];
+  }
+
   /** The window in metres that holds the whole place: [left, bottom, right, top]. */
   wholeWindow() {
     const f = this.frame;

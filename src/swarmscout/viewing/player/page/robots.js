@@ -85,8 +85,7 @@ export class Robots {
       const [c, s] = [Math.cos(robot.heading), Math.sin(robot.heading)];
       colour.set(robotColour(robot, look.theme, look.byTeam, look.dark));
       if (near) {
-        const [a, b] = [radius * c, radius * s];
-        this.matrix.set(a, -b, 0, robot.x, b, a, 0, robot.y, 0, 0, radius, z, 0, 0, 0, 1);
+        this.#stand(robot.x, robot.y, z, c, s, radius);
         this.bodies.setMatrixAt(i, this.matrix);
         this.bodies.setColorAt(i, colour);
       } else {
@@ -98,6 +97,16 @@ export class Robots {
     for (const changed of near ? [this.bodies.instanceMatrix, this.bodies.instanceColor] : [position, tint, facing]) {
       changed.needsUpdate = true;
     }
+  }
+
+  /** The matrix of a body that stands on the floor as it slopes there, ahead along (c, s). */
+  #stand(x, y, z, c, s, radius) {
+    const [riseX, riseY] = this.mission.riseAt(x, y);
+    const up = new THREE.Vector3(-riseX, -riseY, 1).normalize();
+    const ahead = new THREE.Vector3(c, s, riseX * c + riseY * s).normalize();
+    const left = new THREE.Vector3().crossVectors(up, ahead);
+    this.matrix.makeBasis(ahead, left, up).scale(new THREE.Vector3(radius, radius, radius));
+    this.matrix.setPosition(x, y, z);
   }
 
   /** Where robots are drawn, in metres. */
