@@ -10,7 +10,7 @@ import pytest
 
 from swarmscout.worlds import check_world, load_world, place_robots, reachable
 
-FOLDER = os.environ.get("SWARMSCOUT_EXTRA_WORLDS")
+FOLDER = os.environ.get("SWARMSCOUT_EXTRA_WORLDS") or None
 pytestmark = pytest.mark.skipif(
     FOLDER is None, reason="SWARMSCOUT_EXTRA_WORLDS does not name a folder with real maps"
 )

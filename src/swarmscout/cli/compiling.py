@@ -59,12 +59,22 @@ def compile_all() -> None:
     # What the defaults leave out: other rules, robots low on charge, and maps of their own.
     others = {"start": "spread", "battery.start_min": 0.0, "battery.return_rule": "distance"}
     literal = load_scenario("paper-literal", {"robots": 6, "steps": 30, **others})
+    crowd = {"robots": 6, "steps": 30, "teams.policy": "by-crowd", "teams.members": "fan"}
+    Mission(load_scenario("paper", crowd)).run()
+    Mission(load_scenario("paper", {"robots": 6, "steps": 2}), policy=_LooksAtFrontiers()).run()
     record_mission(literal, links=lambda _: np.ones((6, 6), dtype=np.bool_)).map_at(robot=0)
     corners = np.array([[4, 0, -1], [4, 4, -1], [4, 0, 2]], dtype=np.float32)
     wall = Mesh(corners, np.array([[0, 1, 2]], dtype=np.int32))
     room = np.ones((40, 40), dtype=np.uint8)
     world = world_from_array(room, ground_m=np.zeros(room.shape, dtype=np.float32), mesh=wall)
     Mission(load_scenario("paper", {"steps": 2, "sensor.sensing": "mesh"}), world=world).run()
+
+
+class _LooksAtFrontiers:
+    """A policy that asks what no policy of the package asks, and others may."""
+
+    def desired(self, view: Any) -> Any:
+        return 1 + view.frontiers_within(2.0)
 
 
 def uncompiled_kernels() -> list[str]:
