@@ -18,7 +18,6 @@ from time import process_time
 
 import numpy as np
 from pages import write_section
-from swarmscout.worlds.meshes.tube_mesh import tube_mesh
 
 import swarmscout
 from swarmscout import Mission, Scenario, World, load_world
@@ -29,6 +28,7 @@ from swarmscout.robots.range_sensor import RangeSensor, cast_rays
 from swarmscout.studies.blocks import Block, Heading, Table, Text
 from swarmscout.worlds.catalogue import NAMED_TUBES
 from swarmscout.worlds.footing import stand
+from swarmscout.worlds.meshes.tube_mesh import tube_mesh
 from swarmscout.worlds.reach import standing_places
 
 ROBOTS = 1000
