@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -17,6 +17,10 @@ def reproduce(
     out: Annotated[Path, Parameter(metavar="DIR")] = Path("runs/paper"),
     jobs: Annotated[int | None, Parameter(show_default=False)] = None,
     destinations: str = "llm-like",
+    llm: str | None = None,
+    llm_model: str | None = None,
+    llm_cassette: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    llm_mode: Literal["auto", "record", "replay", "refresh"] | None = None,
     quick: bool = False,
 ) -> int:
     """Reproduce a figure of the paper: a page with the paper's claim and our result beside it.
@@ -28,10 +32,15 @@ def reproduce(
         name: a figure, or all.
         out: where the pages go, a folder for each figure.
         jobs: processes for the studies; by default as many as there are cores.
-        destinations: the selector in the place of the paper's language model.
+        destinations: the selector in the place of the paper's language model; llm asks one.
+        llm: who answers it: openai, azure, embedded, or the address of a compatible server.
+        llm_model: the model's name, or Azure's deployment.
+        llm_cassette: a file that keeps requests and replies.
+        llm_mode: what the cassette is for, as for explore.
         quick: small counts, to see that everything works; titles say so.
     """
     from swarmscout.cli.compiling import say_if_compiling
+    from swarmscout.cli.llm_options import llm_overrides
     from swarmscout.cli.study import run_and_show
     from swarmscout.core.errors import StudyError
     from swarmscout.reproduction.catalogue import figures_named
@@ -40,6 +49,7 @@ def reproduce(
     from swarmscout.studies.study import Study
 
     names = figures_named(name)
+    asked = llm_overrides(llm, llm_model, llm_cassette and llm_cassette.resolve(), llm_mode)
     say_if_compiling()
 
     def run_study(study: Study) -> None:
@@ -47,6 +57,6 @@ def reproduce(
         if failed:
             raise StudyError(f"{failed} missions of '{study.declared.name}' failed")
 
-    options = Options(out=out, run_study=run_study, quick=quick, selector=destinations)
+    options = Options(out=out, run_study=run_study, quick=quick, selector=destinations, llm=asked)
     make(names, options, lambda figure, page: print(f"{figure}: {page}", flush=True))
     return 0

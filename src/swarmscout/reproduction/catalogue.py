@@ -97,9 +97,13 @@ def reproduce(
 
 def _how(name: str, options: Options) -> list[Block]:
     quick = " --quick" if options.quick else ""
+    who = options.llm.get("llm.base_url", options.llm.get("llm.provider"))
+    asked = f" --llm {who}" if who else ""
+    if "llm.model" in options.llm:
+        asked += f" --llm-model {options.llm['llm.model']}"
     return [
         Heading("How it was made"),
-        Code(f"swarmscout reproduce {name}{quick} --destinations {options.selector}"),
+        Code(f"swarmscout reproduce {name}{quick} --destinations {options.selector}{asked}"),
         Text(
             f"swarmscout {package_version()}, rules version {RULES_VERSION}, Python "
             f"{platform.python_version()}. The paper: H. Kawashima et al., AROB-ISBC 2026."

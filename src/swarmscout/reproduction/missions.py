@@ -18,13 +18,13 @@ __all__ = ["baseline", "scale_50", "scale_100", "team_formation"]
 
 
 # Far from the stations a charge must last longer than in the small: three times the default.
-_WIDE = {"world": "lava-tube-wide", "start": "spread", "battery__capacity_steps": 1200}
+_WIDE = {"world": "lava-tube-wide", "start": "spread", "battery.capacity_steps": 1200}
 
 
 def team_formation(options: Options) -> list[Block]:
     """Self-organized teams, and a robot that leaves its team to charge."""
-    small = {"robots": 8, "steps": 120, "battery__start_min": 0.3} if options.quick else {}
-    run = run_mission(options, "run", **{"robots": 15, "steps": 300, "seed": 0, **small})
+    small = {"robots": 8, "steps": 120, "battery.start_min": 0.3} if options.quick else {}
+    run = run_mission(options, "run", {"robots": 15, "steps": 300, "seed": 0, **small})
     robot, left = _first_to_charge(run)
     before, after = max(0, left - 10), min(run.last_step, left + 10)
     figure = Figure(figsize=(9.6, 5.0), layout="constrained")
@@ -67,7 +67,8 @@ def team_formation(options: Options) -> list[Block]:
 def baseline(options: Options) -> list[Block]:
     """The explored area grows over time, by the baseline: four moments."""
     last = 60 if options.quick else 300
-    run = run_mission(options, "run", robots=6 if options.quick else 15, steps=last, seed=0)
+    robots = 6 if options.quick else 15
+    run = run_mission(options, "run", {"robots": robots, "steps": last, "seed": 0})
     moments = [last // 15, last // 3, 2 * last // 3, last]
     figure = Figure(figsize=(9.6, 7.6), layout="constrained")
     window = known_window(run, last)
@@ -96,14 +97,14 @@ def baseline(options: Options) -> list[Block]:
 def scale_50(options: Options) -> list[Block]:
     """Fifty robots by the baseline."""
     robots, steps = (12, 60) if options.quick else (50, 400)
-    run = run_mission(options, "run", robots=robots, steps=steps, **_WIDE)
+    run = run_mission(options, "run", {"robots": robots, "steps": steps, **_WIDE})
     figure = Figure(figsize=(8.4, 7.0), layout="constrained")
     _draw_truth(figure.add_subplot(), run, run.last_step)
     return [
         Text(
             "**The paper:** 50 robots explore a wide area by the baseline; black is the lava tube, "
             f"bright what was explored. **Here:** {robots} robots, {run.last_step} steps, from a "
-            f"spread start, with charge for {_WIDE['battery__capacity_steps']}: {_explored(run)}."
+            f"spread start, with charge for {_WIDE['battery.capacity_steps']}: {_explored(run)}."
         ),
         Picture(
             "scale-50", figure,
@@ -116,9 +117,7 @@ def scale_50(options: Options) -> list[Block]:
 def scale_100(options: Options) -> list[Block]:
     """A hundred robots with the paper's language model, or what stands in its place."""
     robots, steps = (16, 50) if options.quick else (100, 400)
-    run = run_mission(
-        options, "run", robots=robots, steps=steps, destinations=options.selector, **_WIDE
-    )
+    run = run_mission(options, "run", {"robots": robots, "steps": steps, **options.keys, **_WIDE})
     figure = Figure(figsize=(11.0, 5.6), layout="constrained")
     _draw_truth(figure.add_subplot(1, 2, 1), run, run.last_step)
     axes = figure.add_subplot(1, 2, 2)

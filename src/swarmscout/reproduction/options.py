@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,8 @@ __all__ = ["LLM_LIKE", "Options", "run_mission", "said_of", "study_named"]
 LLM_LIKE = "llm-like"
 """Stands for the language model where none is named: a formula of the reasons the paper reports."""
 
+_CONTROLS = {"llm-shortlist": ("shortlist-random",)}
+
 RunStudy = Callable[[Study], Any]
 
 
@@ -30,12 +32,19 @@ class Options:
         run_study: runs a study to its end.
         quick: small counts, to see that everything works: no numbers to be shown.
         selector: in the place of the paper's language model.
+        llm: scenario keys that say which language model answers it, for one that asks.
     """
 
     out: Path
     run_study: RunStudy
     quick: bool = False
     selector: str = LLM_LIKE
+    llm: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def keys(self) -> dict[str, Any]:
+        """Scenario keys of missions by the selector."""
+        return {"destinations": self.selector, **self.llm}
 
 
 def said_of(options: Options) -> str:
@@ -44,18 +53,20 @@ def said_of(options: Options) -> str:
     told = f"by {rule}"
     if options.selector == LLM_LIKE:
         told = f"by {rule}, a formula of the paper's reasons: no language model was asked"
+    elif options.llm:
+        told += f", asking {options.llm.get('llm.model') or options.llm['llm.provider']}"
     return told + (" (quick: small counts, no result)" if options.quick else "")
 
 
-def run_mission(options: Options, name: str, **keys: Any) -> Run:
+def run_mission(options: Options, name: str, keys: Mapping[str, Any]) -> Run:
     """Run a mission of the scenario "paper" and keep it whole; one that is there is opened.
 
     Args:
         options: where to.
         name: of its folder.
-        **keys: scenario keys, ``__`` for a dot.
+        keys: scenario keys.
     """
-    scenario = load_scenario("paper", {key.replace("__", "."): v for key, v in keys.items()})
+    scenario = load_scenario("paper", keys)
     folder = options.out / name
     if folder.is_dir():
         run = Run.open(folder)
@@ -72,8 +83,13 @@ def study_named(options: Options, name: str) -> Study:
     )
     options.out.mkdir(parents=True, exist_ok=True)
     file = options.out / f"{name}.toml"
-    file.write_text(text.replace(f'"{LLM_LIKE}"', f'"{options.selector}"'), encoding="utf-8")
+    # What a model adds to a shortlist shows beside a random pick from the same shortlist.
+    arms = [options.selector, *_CONTROLS.get(options.selector, ())]
+    named = ", ".join(f'"{arm}"' for arm in arms)
+    file.write_text(text.replace(f'"{LLM_LIKE}"', named), encoding="utf-8")
     study = Study.load(file, options.out / "study")
+    if options.llm:
+        study = study.changed({"scenario": {**study.declared.scenario, **options.llm}})
     return _in_small(study) if options.quick else study
 
 

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from swarmscout.destinations.asking import AskingSelector, Talk
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.minds.view import LeaderView
 from swarmscout.mission.mission import Mission
@@ -30,14 +31,16 @@ __all__ = ["reasoning"]
 
 @dataclass
 class _Watched:
-    """A selector of which one decision is kept: the view as it was, and the choice."""
+    """A selector whose decisions are kept: the view as it was, and the choice."""
 
     rule: Selector
     kept: list[tuple[LeaderView, Choice, dict[str, Any]]] = field(default_factory=list)
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """What the rule chooses."""
-        choice = self.rule.choose(view, memory)
+        return self._kept(view, self.rule.choose(view, memory))
+
+    def _kept(self, view: LeaderView, choice: Choice) -> Choice:
         # Views look into the mission's arrays: what the figure needs is copied now.
         facts = {
             "labels": view.labels.copy(),
@@ -55,17 +58,34 @@ class _Watched:
         return choice
 
 
+@dataclass
+class _WatchedAsking(_Watched):
+    """The same of a selector that asks a language model."""
+
+    rule: AskingSelector
+    prompt_tokens: int = 0
+
+    def converse(self, view: LeaderView, memory: Any) -> Talk:
+        """The rule's conversation."""
+        choice = yield from self.rule.converse(view, memory)
+        return self._kept(view, choice)
+
+
 def reasoning(options: Options) -> list[Block]:
     """The decision of a mission that has most to weigh: not the nearest cell, others around."""
     robots, steps = (8, 40) if options.quick else (15, 120)
     scenario = load_scenario(
         "paper",
-        {"robots": robots, "steps": steps, "destinations": options.selector, "seed": 0},
+        {"robots": robots, "steps": steps, "seed": 0, **options.keys},
     )
     mission = Mission(scenario)
-    watched = _Watched(mission.destinations.selector)
+    rule = mission.destinations.selector
+    watched = _WatchedAsking(rule) if isinstance(rule, AskingSelector) else _Watched(rule)
     mission.destinations.selector = watched
-    mission.run()
+    try:
+        mission.run()
+    finally:
+        mission.close()
     # Decisions of the second half: there is a map to reason about.
     late = [kept for kept in watched.kept if kept[0].step > steps // 2] or watched.kept
     view, choice, facts = max(late, key=_interest)

@@ -79,9 +79,8 @@ def sensor(options: Options) -> list[Block]:
 def gridmap(options: Options) -> list[Block]:
     """Fig. 1b: occupancy probabilities in grayscale, frontiers in green, as the map grows."""
     steps = (5, 15, 30) if options.quick else (10, 40, 100)
-    run = run_mission(
-        options, "run", robots=5, steps=steps[-1], world="lava-maze", destinations="nearest"
-    )
+    keys = {"robots": 5, "steps": steps[-1], "world": "lava-maze", "destinations": "nearest"}
+    run = run_mission(options, "run", keys)
     window = known_window(run, steps[-1])
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
     for at, step in enumerate(steps):
