@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from swarmscout import Mission, Scenario
+from swarmscout.robots.agreement import sensing_agreement
 from swarmscout.worlds import check_world, import_mesh, load_folder, save_world
 
 FOLDER = Path(os.environ.get("SWARMSCOUT_EXTRA_WORLDS") or "/nonexistent") / "meshes"
@@ -65,8 +66,17 @@ def test_both_files_of_the_mine_make_the_same_world(imported):
 
 @pytest.mark.parametrize("name", ["edgar_mine.dae", "darpa_cave_01.ply"])
 @pytest.mark.parametrize("robots", [15, 50])
-def test_missions_run_in_them(imported, name, robots):
+@pytest.mark.parametrize("sensing", ["raster", "mesh"])
+def test_missions_run_in_them(imported, name, robots, sensing):
     world = imported(name)
-    mission = Mission(Scenario(robots=robots, steps=30), world=world, seed=0)
+    scenario = Scenario(robots=robots, steps=30, sensor={"sensing": sensing})
+    mission = Mission(scenario, world=world, seed=0)
     mission.run()
     assert mission.explored_m2 > 30.0
+
+
+@pytest.mark.parametrize(("name", "hits"), [("edgar_mine.dae", 0.985), ("darpa_cave_01.ply", 0.94)])
+def test_raster_and_mesh_agree_on_what_is_met(imported, name, hits):
+    found = sensing_agreement(imported(name))
+    assert hits < found.hits < 1.0
+    assert found.alike > hits - 0.05
