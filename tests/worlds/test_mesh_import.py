@@ -260,7 +260,7 @@ def test_starts_that_are_none(made):
     one_line(
         "no floor of the mesh is within 1 m of the start (99, 2) m", made, hall, start_m=(99, 2)
     )
-    one_line("floors there are at", made, hall, start_m=(8, 8, 40))
+    one_line("floors there are at 0, 3 m", made, hall, start_m=(8, 8, 40))
     one_line("expected x, y or x, y, z", made, hall, start_m=(8,))
     one_line("expected x, y or x, y, z", made, hall, start_m=(8, float("nan")))
     # Beside a wall or in a pillar's foot there is floor near by.

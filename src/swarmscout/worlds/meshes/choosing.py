@@ -220,7 +220,8 @@ def _at(
         good = near[high <= _NEAR_M]
         if not len(good):
             here = near[away[near] <= away[near].min() + 1e-9]
-            floors = ", ".join(f"{height:.2f}" for height in spans.floor_m[here].tolist())
+            heights = np.unique(np.round(spans.floor_m[here].astype(np.float64), 1)).tolist()
+            floors = ", ".join(f"{height:g}" for height in heights)
             raise WorldError(
                 f"no floor within {_NEAR_M:g} m of z = {start_m[2]:g} m at the start ({x:g}, "
                 f"{y:g}) m: floors there are at {floors} m"

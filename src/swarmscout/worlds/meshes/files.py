@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import itertools
 import logging
 import re
 from dataclasses import dataclass
@@ -102,7 +103,7 @@ def _scene(path: Path, packed: bytes) -> Any:
 
 
 def _off_in_triangles(packed: bytes) -> bytes:
-    """OFF with its polygons cut into fans: trimesh stumbles over those of more than four corners."""
+    """OFF with its polygons cut into fans: trimesh stumbles over more than four corners."""
     rows = [line.partition(b"#")[0].split() for line in packed.splitlines()]
     rows = [row for row in rows if row]
     if rows and len(rows[0]) > 1:  # The counts may stand in the first line.
@@ -114,11 +115,7 @@ def _off_in_triangles(packed: bytes) -> bytes:
         return packed  # What is wrong with it is found on reading.
     if max(map(len, corners), default=0) <= 4:
         return packed
-    fans = [
-        (b"3", face[0], *pair)
-        for face in corners
-        for pair in zip(face[1:-1], face[2:], strict=True)
-    ]
+    fans = [(b"3", face[0], *edge) for face in corners for edge in itertools.pairwise(face[1:])]
     counts = (rows[1][0], b"%d" % len(fans), b"0")
     return b"\n".join(b" ".join(row) for row in (rows[0], counts, *rows[2:first], *fans))
 
