@@ -253,6 +253,7 @@ def test_far_coordinates_are_shifted_and_it_is_said(tmp_path):
     assert world.start_m == pytest.approx((432_102.0 - offset[0], 5_432_103.0 - offset[1]))
     assert np.abs(world.mesh.vertices_m).max() < 1000.0
     assert any(line.startswith("shifted: by") for line in report.lines())
+    one_line("less 432108, 5432108, 0 m", import_mesh, file, start_m=(432_199.0, 5_432_103.0))
 
 
 def test_starts_that_are_none(made):

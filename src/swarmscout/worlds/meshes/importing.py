@@ -138,15 +138,15 @@ def import_mesh_with_report(
     say("flooding", 0.0)
     links = link(spans, walls, frame, step_m, CLEARANCE_M)
     del walls
-    chosen = choose(spans, links, frame, roof, start)
-    say("flooding", 0.5)
-    reached = flooded(spans, links, frame, chosen.members, chosen.start)
-    del links
-    say("finding the ground", 0.0)
     try:
+        chosen = choose(spans, links, frame, roof, start)
+        say("flooding", 0.5)
+        reached = flooded(spans, links, frame, chosen.members, chosen.start)
+        del links
+        say("finding the ground", 0.0)
         floor = drivable(reached, chosen.roof, start)
     except WorldError as error:
-        raise WorldError(f"mesh '{path}': {error}{_hint(frame_of)}") from None
+        raise WorldError(f"mesh '{path}': {error}{_moved(frame_of)}{_hint(frame_of)}") from None
     mesh = Mesh(frame_of.vertices_m.astype(np.float32), clean.triangles)
     origin = reached.frame.origin_x_m, reached.frame.origin_y_m
     source = _source(path, sha256, frame_of, cell_m, step_m, chosen.roof)
@@ -240,6 +240,14 @@ def _size(size: NDArray[np.float64]) -> str:
     return (
         " × ".join(f"{length:,.4g}" if length < 10 else f"{length:,.0f}" for length in size) + " m"
     )
+
+
+def _moved(at: Framed) -> str:
+    """Which coordinates a complaint is in, where they are not the mesh's own."""
+    if not any(at.offset_m):
+        return ""
+    x, y, z = at.offset_m
+    return f" (all of these in the world's frame: the mesh's less {x:.0f}, {y:.0f}, {z:.0f} m)"
 
 
 def _hint(at: Framed) -> str:
