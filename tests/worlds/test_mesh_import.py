@@ -155,6 +155,29 @@ def test_boulders_stand_out_and_low_places_are_left_out(made):
     assert report.left_out_m2["not connected with the start"] > 15.9
 
 
+def test_a_tunnel_through_a_hill_is_found_under_it(made):
+    # One floor with the land around and above it, which is far larger.
+    vertices, triangles = sheet(
+        -20, 40, 0, 20, lambda x, y: np.clip(4.0 - 0.5 * (np.abs(x - 10.0) - 2.0), 0.0, 4.0), 60
+    )
+    x, y, z = vertices[triangles].mean(axis=1).T
+    land = vertices, triangles[(np.abs(y - 10.0) > 2.0) | (z < 0.01) | (z > 2.6)]
+    tunnel = [
+        sheet(0, 20, 8, 12),
+        flipped(sheet(5, 15, 8, 12, 2.5)),
+        *(walls([(0, y), (20, y)], 0.0, 2.5) for y in (8, 12)),
+    ]
+    hill = joined(land, *tunnel)
+    for start in (None, (10.0, 10.0), (10.0, 10.0, 0.0)):
+        world, report = made(hill, roof=True, start_m=start)
+        assert report.free_m2 == pytest.approx(40.0, rel=0.1)
+        assert height_at(world, 10.0, 10.0) == pytest.approx(0.0, abs=0.02)
+        assert report.left_out_m2["under open sky"] > 800.0
+    world, report = made(hill)
+    assert world.source["roof"] is False
+    assert report.free_m2 > 1000.0
+
+
 def test_a_skylight_is_floor_and_the_land_outside_a_mouth_is_not(made):
     vertices, triangles = room(30.0, 12.0)
     # No ceiling but round a hole of 4 m × 4 m, no wall at the right, and land beyond it.

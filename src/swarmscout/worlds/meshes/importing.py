@@ -141,7 +141,7 @@ def import_mesh_with_report(
     try:
         chosen = choose(spans, links, frame, roof, start)
         say("flooding", 0.5)
-        reached = flooded(spans, links, frame, chosen.members, chosen.start)
+        reached = flooded(spans, links, frame, chosen.members, chosen.start, chosen.roof)
         del links
         say("finding the ground", 0.0)
         floor = drivable(reached, chosen.roof, start)
