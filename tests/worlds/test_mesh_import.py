@@ -279,6 +279,21 @@ def test_far_coordinates_are_shifted_and_it_is_said(tmp_path):
     one_line("less 432108, 5432108, 0 m", import_mesh, file, start_m=(432_199.0, 5_432_103.0))
 
 
+@pytest.mark.parametrize(
+    ("size", "unit", "says"),
+    [
+        (15_000, 0.001, "millimetres, say so with scale 0.001"),
+        (300_000, 0.001, "millimetres, say so with scale 0.001"),
+        (1_500, 0.01, "centimetres, say so with scale 0.01"),
+        (8_000, 0.01, "centimetres, say so with scale 0.01"),
+        (0.05, 1000.0, "kilometres, say so with scale 1000"),
+    ],
+)
+def test_an_impossible_size_comes_with_the_likely_unit(tmp_path, size, unit, says):
+    file = save(flipped(box(0, size, 0, size, 0, 3.0 / unit)), tmp_path / "hall.ply")
+    one_line(says, import_mesh, file)
+
+
 def test_starts_that_are_none(made):
     hall = pillar_hall()
     one_line(

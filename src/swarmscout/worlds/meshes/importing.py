@@ -40,7 +40,7 @@ CLEARANCE_M = 0.4
 """A robot needs so much room over the floor."""
 STEP_M = 0.15
 _RESOLUTION_M = 0.1
-_SMALL_M, _LONG_M = 2.0, 2000.0
+_SMALL_M, _LONG_M, _USUAL_M = 2.0, 1000.0, 30.0
 """A place for robots of 0.3 m that is smaller or larger may be given in another unit."""
 Progress = Callable[[str, float], None]
 
@@ -252,15 +252,15 @@ def _moved(at: Framed) -> str:
 
 def _hint(at: Framed) -> str:
     """What may be wrong with the unit, where the size is not that of a place for robots."""
-    size = np.ptp(at.vertices_m, axis=0)
-    longest = float(size.max())
-    for unit, name in ((0.001, "millimetres"), (0.01, "centimetres"), (1000.0, "kilometres")):
-        scaled = longest * unit / at.scale
-        large = longest > _LONG_M and unit < at.scale
-        small = longest < _SMALL_M and unit > at.scale
-        if (large or small) and _SMALL_M <= scaled <= _LONG_M:
-            return f"; if the file is in {name}, say so with scale {unit:g}"
-    return ""
+    longest = float(np.ptp(at.vertices_m, axis=0).max())
+    if _SMALL_M <= longest <= _LONG_M:
+        return ""
+    units = {"millimetres": 0.001, "centimetres": 0.01, "kilometres": 1000.0}
+    sizes = {name: longest * unit / at.scale for name, unit in units.items()}
+    likely = min(sizes, key=lambda name: abs(math.log(max(sizes[name], 1e-300) / _USUAL_M)))
+    if units[likely] == at.scale or not _SMALL_M <= sizes[likely] <= _LONG_M:
+        return ""
+    return f"; if the file is in {likely}, say so with scale {units[likely]:g}"
 
 
 def _source(
