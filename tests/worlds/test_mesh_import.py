@@ -160,7 +160,7 @@ def test_a_tunnel_through_a_hill_is_found_under_it(made):
     vertices, triangles = sheet(
         -20, 40, 0, 20, lambda x, y: np.clip(4.0 - 0.5 * (np.abs(x - 10.0) - 2.0), 0.0, 4.0), 60
     )
-    x, y, z = vertices[triangles].mean(axis=1).T
+    _, y, z = vertices[triangles].mean(axis=1).T
     land = vertices, triangles[(np.abs(y - 10.0) > 2.0) | (z < 0.01) | (z > 2.6)]
     tunnel = [
         sheet(0, 20, 8, 12),
@@ -277,6 +277,18 @@ def test_far_coordinates_are_shifted_and_it_is_said(tmp_path):
     assert np.abs(world.mesh.vertices_m).max() < 1000.0
     assert any(line.startswith("shifted: by") for line in report.lines())
     one_line("less 432108, 5432108, 0 m", import_mesh, file, start_m=(432_199.0, 5_432_103.0))
+
+
+@pytest.mark.parametrize("slope_deg", [0.0, 18.0, 25.0])
+def test_an_inclined_mine_is_not_taken_for_one_that_lies_on_its_side(made, slope_deg):
+    vertices, triangles = room(20.0, 8.0, 3.0)
+    slope = np.radians(slope_deg)
+    turn = np.array(
+        [[np.cos(slope), 0, -np.sin(slope)], [0, 1, 0], [np.sin(slope), 0, np.cos(slope)]]
+    )
+    world, report = made((vertices @ turn.T, triangles))
+    assert world.source["up"] == "z"
+    assert report.free_m2 == pytest.approx(160.0 * np.cos(slope), rel=0.1)
 
 
 @pytest.mark.parametrize(

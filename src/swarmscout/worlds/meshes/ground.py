@@ -127,9 +127,10 @@ def _smoothed(heights: NDArray[np.float32], cell_m: float, sigma_m: float) -> ND
     if stride > 1:
         # Neighbours have looked at other points: a square in which each such choice counts once.
         reach = stride // 2
-        offsets = np.stack(np.mgrid[-reach : reach + 1, -reach : reach + 1], axis=-1).reshape(-1, 2)
+        row, col = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+        offsets = np.stack((row.ravel(), col.ravel()), axis=1)
         weights = np.where(2 * np.abs(offsets) == stride, 0.5, 1.0).prod(axis=1)
-        smooth = _mean(smooth, where, np.ascontiguousarray(offsets), weights)
+        smooth = _mean(smooth, where, offsets, weights)
     return smooth
 
 
