@@ -34,7 +34,7 @@ def test_import_tells_what_it_decided_and_found(command, tmp_path):
         "roof: yes (",
         "floor: 256 m², of which free: 252 m²",
         "left out: 4 m² not connected with the start",
-        "start: 2.00,2.00 m (as asked)",
+        "start: 2.00,2.00,0.00 m (as asked)",
         "world: hall",
     ):
         assert line in told
@@ -55,7 +55,7 @@ def test_options_for_meshes_reach_the_importer(command, tmp_path):
         "import", file.name, "--up", "y", "--scale", "0.001", "--no-roof", "--resolution", "0.2",
         "--step-height", "0.1", "--start", "2,2,0", "--out", "made",
     )  # fmt: skip
-    assert "start: 2.00,2.00 m (as asked)" in told
+    assert "start: 2.00,2.00,0.00 m (as asked)" in told
     source = load_world("made").source
     expected = {"up": "y", "scale": 0.001, "roof": False, "resolution_m": 0.2}
     assert {key: source[key] for key in expected} == expected

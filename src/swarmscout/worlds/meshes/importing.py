@@ -324,7 +324,7 @@ def _report(
         reachable_m2=float(np.count_nonzero(reachable(world))) * cell_m2,
         passages_m=passage_widths_m(world.free != 0, world.resolution_m),
         left_out_m2=left_out,
-        start_m=floor.start_m,
+        start_m=(*floor.start_m, float(floor.ground_m[world.frame.cell_of(*floor.start_m)])),
         start_proposed=proposed,
         seconds=0.0,
     )
