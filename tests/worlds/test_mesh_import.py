@@ -279,6 +279,18 @@ def test_far_coordinates_are_shifted_and_it_is_said(tmp_path):
     one_line("less 432108, 5432108, 0 m", import_mesh, file, start_m=(432_199.0, 5_432_103.0))
 
 
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"scale": 1e300}, "cells is too large"),
+        ({"resolution_m": "fine"}, "resolution_m = 'fine': expected metres"),
+        ({"step_height_m": "low"}, "step_height_m = 'low': expected metres"),
+    ],
+)
+def test_options_that_are_no_numbers_or_absurd_ones(made, options, says):
+    one_line(says, made, room(), **options)
+
+
 @pytest.mark.parametrize("slope_deg", [0.0, 18.0, 25.0])
 def test_an_inclined_mine_is_not_taken_for_one_that_lies_on_its_side(made, slope_deg):
     vertices, triangles = room(20.0, 8.0, 3.0)

@@ -42,6 +42,7 @@ STEP_M = 0.15
 _RESOLUTION_M = 0.1
 _SMALL_M, _LONG_M, _USUAL_M = 2.0, 1000.0, 30.0
 """A place for robots of 0.3 m that is smaller or larger may be given in another unit."""
+_ABSURD_M = 1e9
 Progress = Callable[[str, float], None]
 
 
@@ -105,8 +106,8 @@ def import_mesh_with_report(
     began = time.perf_counter()
     path = Path(path)
     say = progress or _silent
-    cell_m = _RESOLUTION_M if resolution_m is None else float(resolution_m)
-    step_m = STEP_M if step_height_m is None else step_height_m
+    cell_m = _number("resolution_m", resolution_m, _RESOLUTION_M)
+    step_m = _number("step_height_m", step_height_m, STEP_M)
     start = _checked(start_m, cell_m, step_m)
     # On coarse cells a slope that can be driven is a high step.
     step_m = max(step_m, math.tan(math.radians(30.0)) * cell_m)
@@ -176,6 +177,13 @@ def _frozen(heights: NDArray[np.float32]) -> NDArray[np.float32]:
     return heights
 
 
+def _number(name: str, given: float | None, default: float) -> float:
+    try:
+        return default if given is None else float(given)
+    except (TypeError, ValueError):
+        raise WorldError(f"{name} = {given!r}: expected metres, as {default:g}") from None
+
+
 def _checked(
     start_m: Sequence[float] | None, cell_m: float, step_m: float
 ) -> tuple[float, ...] | None:
@@ -215,12 +223,14 @@ def _raster(path: Path, at: Framed, cell_m: float) -> tuple[GridFrame, NDArray[n
     # Lines between cells lie on multiples of the cell's edge, whatever the mesh's corner.
     first = np.floor(low[:2] / cell_m) - 2.0
     count = np.ceil(high[:2] / cell_m) + 2.0 - first
-    if count[0] * count[1] > FINEST_CELLS:
-        coarse = math.ceil(math.sqrt(size[0] * size[1] / FINEST_CELLS) * 1.02 * 100.0) / 100.0
+    cells = float(np.sqrt(count).prod()) ** 2 if size.max() < _ABSURD_M else math.inf
+    if cells > FINEST_CELLS:
+        square_m = min(float(np.sqrt(size[:2]).prod()), _ABSURD_M)
+        coarse = math.ceil(square_m / math.sqrt(FINEST_CELLS) * 1.02 * 100.0) / 100.0
         remedy = f"take cells of {coarse:g} m or more (resolution_m)" if coarse <= 1.0 else ""
         raise WorldError(
-            f"mesh '{path}' is {_size(size)} large: at {cell_m:g} m a raster of {count[1]:,.0f} × "
-            f"{count[0]:,.0f} cells is too large (limit {FINEST_CELLS:,} cells): "
+            f"mesh '{path}' is {_size(size)} large: at {cell_m:g} m a raster of {count[1]:,.6g} × "
+            f"{count[0]:,.6g} cells is too large (limit {FINEST_CELLS:,} cells): "
             f"{remedy or 'cut the mesh'}{_hint(at)}"
         )
     columns, rows = (int(part) for part in count)
@@ -237,9 +247,8 @@ def _raster(path: Path, at: Framed, cell_m: float) -> tuple[GridFrame, NDArray[n
 
 
 def _size(size: NDArray[np.float64]) -> str:
-    return (
-        " × ".join(f"{length:,.4g}" if length < 10 else f"{length:,.0f}" for length in size) + " m"
-    )
+    few = (f"{x:,.0f}" if 10 <= x < _ABSURD_M else f"{x:,.4g}" for x in size.tolist())
+    return " × ".join(few) + " m"
 
 
 def _moved(at: Framed) -> str:
