@@ -77,6 +77,8 @@ def test_a_world_without_a_mesh_says_what_to_do(hall):
         run(bare, **{"sensor.sensing": "mesh"})
     with pytest.raises(WorldError, match="no mesh to compare"):
         sensing_agreement(bare)
+    with pytest.raises(WorldError, match="scans = 0: expected 1 or more"):
+        sensing_agreement(bare, scans=0)
 
 
 def test_a_generated_tube_gets_its_mesh_made_and_runs_again(tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 from mesh_shapes import pillar_hall, room, save
 
@@ -32,7 +34,7 @@ def test_import_tells_what_it_decided_and_found(command, tmp_path):
         "roof: yes (",
         "floor: 256 m², of which free: 252 m²",
         "left out: 4 m² not connected with the start",
-        "start: 2.00,2.00 m (as asked)",
+        "start: 2.00,2.00,0.00 m (as asked)",
         "world: hall",
     ):
         assert line in told
@@ -53,7 +55,7 @@ def test_options_for_meshes_reach_the_importer(command, tmp_path):
         "import", file.name, "--up", "y", "--scale", "0.001", "--no-roof", "--resolution", "0.2",
         "--step-height", "0.1", "--start", "2,2,0", "--out", "made",
     )  # fmt: skip
-    assert "start: 2.00,2.00 m (as asked)" in told
+    assert "start: 2.00,2.00,0.00 m (as asked)" in told
     source = load_world("made").source
     expected = {"up": "y", "scale": 0.001, "roof": False, "resolution_m": 0.2}
     assert {key: source[key] for key in expected} == expected
@@ -73,11 +75,29 @@ def test_options_for_meshes_reach_the_importer(command, tmp_path):
         (("room.ply", "--robots", "0"), "--robots 0"),
         (("room.ply", "--station", "77,2"), "station 0 .* lies outside"),
         (("none.ply",), "mesh 'none.ply' does not exist"),
+        (("folder.ply",), "cannot read the mesh 'folder.ply': Is a directory"),
     ],
 )
 def test_what_makes_no_sense_is_one_line_and_writes_nothing(command, tmp_path, words, says):
     save(room(), tmp_path / "room.ply")
+    (tmp_path / "folder.ply").mkdir()
     with pytest.raises(WorldError, match=says) as caught:
         command("import", *words, "--out", "made")
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "made").exists()
+
+
+@pytest.mark.parametrize("out", ["a_file/made", "/proc/version/made", "readonly/made"])
+def test_a_folder_that_cannot_be_made_is_told_before_the_work(
+    command, tmp_path, monkeypatch, capsys, out
+):
+    save(room(), tmp_path / "room.ply")
+    (tmp_path / "a_file").touch()
+    (tmp_path / "readonly").mkdir()
+    may_write = os.access
+    monkeypatch.setattr(  # Root may write everywhere.
+        os, "access", lambda path, mode: "readonly" not in str(path) and may_write(path, mode)
+    )
+    with pytest.raises(WorldError, match=r"cannot make the folder .* no folder to write into"):
+        command("import", "room.ply", "--out", out)
+    assert "reading" not in capsys.readouterr().out

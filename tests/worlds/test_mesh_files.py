@@ -95,13 +95,40 @@ def test_broken_files(tmp_path):
     one_line("cannot read the mesh", import_mesh, tmp_path / "folder.ply")
 
 
+@pytest.mark.parametrize("suffix", MESH_SUFFIXES)
+def test_what_is_wrong_with_a_file_is_said_in_plain_words(tmp_path, suffix):
+    # Not in those of the library that reads it, as "not enough values to unpack".
+    file = tmp_path / f"cave{suffix}"
+    file.write_bytes(b"")
+    one_line("the file is empty", import_mesh, file)
+    file.write_text("this is no mesh\n")
+    one_line(f"damaged, cut off, or no {suffix[1:].upper()} file", import_mesh, file)
+
+
+def test_a_cut_off_stl_is_not_called_empty(tmp_path):
+    packed = save(room(), tmp_path / "room.stl").read_bytes()
+    (tmp_path / "room.stl").write_bytes(packed[: len(packed) // 2])
+    one_line("damaged, cut off", import_mesh, tmp_path / "room.stl")
+
+
+def test_off_with_polygons(tmp_path):
+    # A floor of five corners, ceiling, and sides of four; with a comment and a colour.
+    ring = [(0, 0), (8, 0), (8, 8), (4, 10), (0, 8)]
+    places = [f"{x} {y} {z}" for z in (0, 3) for x, y in ring]
+    sides = [f"4 {i} {i + 5} {(i + 1) % 5 + 5} {(i + 1) % 5}" for i in range(5)]
+    lines = ["OFF # polygons", "10 7 0", *places, "5 0 1 2 3 4", "5 9 8 7 6 5 255 0 0", *sides]
+    (tmp_path / "hall.off").write_text("\n".join(lines) + "\n")
+    world = import_mesh(tmp_path / "hall.off")
+    assert np.count_nonzero(world.free) * 0.01 == pytest.approx(72.0, abs=1.0)
+
+
 def test_points_are_no_surface(tmp_path):
     rows = "\n".join(f"{x} {y} 0" for x in range(5) for y in range(5))
     (tmp_path / "scan.ply").write_text(
         "ply\nformat ascii 1.0\nelement vertex 25\nproperty float x\nproperty float y\n"
         f"property float z\nend_header\n{rows}\n"
     )
-    one_line("only 25 points: make a surface", import_mesh, tmp_path / "scan.ply")
+    one_line("only 25 points; make a surface", import_mesh, tmp_path / "scan.ply")
 
 
 def test_a_mesh_is_no_world_yet(tmp_path):

@@ -155,6 +155,29 @@ def test_boulders_stand_out_and_low_places_are_left_out(made):
     assert report.left_out_m2["not connected with the start"] > 15.9
 
 
+def test_a_tunnel_through_a_hill_is_found_under_it(made):
+    # One floor with the land around and above it, which is far larger.
+    vertices, triangles = sheet(
+        -20, 40, 0, 20, lambda x, y: np.clip(4.0 - 0.5 * (np.abs(x - 10.0) - 2.0), 0.0, 4.0), 60
+    )
+    _, y, z = vertices[triangles].mean(axis=1).T
+    land = vertices, triangles[(np.abs(y - 10.0) > 2.0) | (z < 0.01) | (z > 2.6)]
+    tunnel = [
+        sheet(0, 20, 8, 12),
+        flipped(sheet(5, 15, 8, 12, 2.5)),
+        *(walls([(0, y), (20, y)], 0.0, 2.5) for y in (8, 12)),
+    ]
+    hill = joined(land, *tunnel)
+    for start in (None, (10.0, 10.0), (10.0, 10.0, 0.0)):
+        world, report = made(hill, roof=True, start_m=start)
+        assert report.free_m2 == pytest.approx(40.0, rel=0.1)
+        assert height_at(world, 10.0, 10.0) == pytest.approx(0.0, abs=0.02)
+        assert report.left_out_m2["under open sky"] > 800.0
+    world, report = made(hill)
+    assert world.source["roof"] is False
+    assert report.free_m2 > 1000.0
+
+
 def test_a_skylight_is_floor_and_the_land_outside_a_mouth_is_not(made):
     vertices, triangles = room(30.0, 12.0)
     # No ceiling but round a hole of 4 m × 4 m, no wall at the right, and land beyond it.
@@ -253,6 +276,46 @@ def test_far_coordinates_are_shifted_and_it_is_said(tmp_path):
     assert world.start_m == pytest.approx((432_102.0 - offset[0], 5_432_103.0 - offset[1]))
     assert np.abs(world.mesh.vertices_m).max() < 1000.0
     assert any(line.startswith("shifted: by") for line in report.lines())
+    one_line("less 432108, 5432108, 0 m", import_mesh, file, start_m=(432_199.0, 5_432_103.0))
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"scale": 1e300}, "cells is too large"),
+        ({"resolution_m": "fine"}, "resolution_m = 'fine': expected metres"),
+        ({"step_height_m": "low"}, "step_height_m = 'low': expected metres"),
+    ],
+)
+def test_options_that_are_no_numbers_or_absurd_ones(made, options, says):
+    one_line(says, made, room(), **options)
+
+
+@pytest.mark.parametrize("slope_deg", [0.0, 18.0, 25.0])
+def test_an_inclined_mine_is_not_taken_for_one_that_lies_on_its_side(made, slope_deg):
+    vertices, triangles = room(20.0, 8.0, 3.0)
+    slope = np.radians(slope_deg)
+    turn = np.array(
+        [[np.cos(slope), 0, -np.sin(slope)], [0, 1, 0], [np.sin(slope), 0, np.cos(slope)]]
+    )
+    world, report = made((vertices @ turn.T, triangles))
+    assert world.source["up"] == "z"
+    assert report.free_m2 == pytest.approx(160.0 * np.cos(slope), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("size", "unit", "says"),
+    [
+        (15_000, 0.001, "millimetres, say so with scale 0.001"),
+        (300_000, 0.001, "millimetres, say so with scale 0.001"),
+        (1_500, 0.01, "centimetres, say so with scale 0.01"),
+        (8_000, 0.01, "centimetres, say so with scale 0.01"),
+        (0.05, 1000.0, "kilometres, say so with scale 1000"),
+    ],
+)
+def test_an_impossible_size_comes_with_the_likely_unit(tmp_path, size, unit, says):
+    file = save(flipped(box(0, size, 0, size, 0, 3.0 / unit)), tmp_path / "hall.ply")
+    one_line(says, import_mesh, file)
 
 
 def test_starts_that_are_none(made):
@@ -260,7 +323,7 @@ def test_starts_that_are_none(made):
     one_line(
         "no floor of the mesh is within 1 m of the start (99, 2) m", made, hall, start_m=(99, 2)
     )
-    one_line("floors there are at", made, hall, start_m=(8, 8, 40))
+    one_line("floors there are at 0, 3 m", made, hall, start_m=(8, 8, 40))
     one_line("expected x, y or x, y, z", made, hall, start_m=(8,))
     one_line("expected x, y or x, y, z", made, hall, start_m=(8, float("nan")))
     # Beside a wall or in a pillar's foot there is floor near by.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -203,7 +204,7 @@ def import_world(
     from swarmscout.cli.mesh_import import world_of_mesh
 
     _refuse(f"'{file}' is a mesh (use --scale)", metres_per_cell=metres_per_cell)
-    if not Path(file).is_file():
+    if not Path(file).exists():
         raise WorldError(f"mesh '{file}' does not exist: looked for '{Path(file).absolute()}'")
     _check_robots(robots)
     _new_folder(out or Path(Path(file).stem))  # Before the work, not after it.
@@ -279,6 +280,10 @@ def _new_folder(folder: Path) -> Path:
 
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise WorldError(f"'{folder}' is there already: choose another with --out FOLDER")
+    # Said before the work: what is there already of the way to it must be a folder to write into.
+    there = next(home for home in (folder, *folder.absolute().parents) if home.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        raise WorldError(f"cannot make the folder '{folder}': '{there}' is no folder to write into")
     return folder
 
 

@@ -60,8 +60,10 @@ def sensing_agreement(
         rays, fan_deg, range_m, height_m: the sensor. radius_m: the robot's.
 
     Raises:
-        WorldError: the world has no mesh, or no robot can stand in it.
+        WorldError: the world has no mesh, or no robot can stand in it; or there are no scans.
     """
+    if scans < 1:
+        raise WorldError(f"scans = {scans}: expected 1 or more")
     if world.mesh is None:
         raise WorldError(f"world '{world.name}' has no mesh to compare its raster with")
     rng = stream(seed, "agreement")

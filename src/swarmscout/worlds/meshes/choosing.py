@@ -84,7 +84,9 @@ def choose(
     if start_m is None:
         part, because = _proposed(parts, roof, frame.cell_m)
         members = labels == part.label
-        start = _roomy(spans, links, frame, members)
+        meant = part.roofed > _HALF if roof is None else roof
+        under = members & np.isfinite(spans.ceiling_m) if meant else members
+        start = _roomy(spans, links, frame, under if under.any() else members)
     else:
         likely = [part.label for part in _ordered(parts, roof, frame.cell_m)]
         start = _at(spans, frame, start_m, labels, likely)
@@ -131,7 +133,9 @@ def _largest(spans: Spans, links: Links, labels: NDArray[np.int32], cell_m: floa
 def _ordered(parts: list[_Part], roof: bool | None, cell_m: float) -> list[_Part]:
     """Parts in the order in which they are likely to be meant."""
     most = parts[0].level
-    under = [part for part in parts if part.roofed > _HALF]
+    under = [part for part in parts if _is_under(part, roof, cell_m)]
+    if roof:  # A cave may open into land that is larger: what is under a roof counts.
+        under.sort(key=lambda part: -part.level * part.roofed)
     if roof is False:
         # Any floor will do, but of two that are alike the one under the sky.
         return sorted(parts, key=lambda part: -part.level * (1.0 if part.roofed > _HALF else 1.1))
@@ -144,6 +148,13 @@ def _ordered(parts: list[_Part], roof: bool | None, cell_m: float) -> list[_Part
     if not first:
         first = [part for part in parts if part.roofed <= _HALF]
     return first + [part for part in parts if part not in first]
+
+
+def _is_under(part: _Part, roof: bool | None, cell_m: float) -> bool:
+    """Whether a part lies under a ceiling, or where a roof was asked for enough of it does."""
+    return part.roofed > _HALF or (
+        roof is True and part.level * part.roofed * cell_m**2 >= _LARGE_M2
+    )
 
 
 def _is_cave(room: _Part, parts: list[_Part], cell_m: float) -> bool:
@@ -162,7 +173,7 @@ def _is_cave(room: _Part, parts: list[_Part], cell_m: float) -> bool:
 
 def _proposed(parts: list[_Part], roof: bool | None, cell_m: float) -> tuple[_Part, str]:
     best = _ordered(parts, roof, cell_m)[0]
-    if roof and best.roofed <= _HALF:
+    if roof and not _is_under(best, roof, cell_m):
         raise WorldError(
             "no floor of the mesh lies under a ceiling: it has no roof (--no-roof), or another up "
             "axis (--up)"
@@ -220,7 +231,8 @@ def _at(
         good = near[high <= _NEAR_M]
         if not len(good):
             here = near[away[near] <= away[near].min() + 1e-9]
-            floors = ", ".join(f"{height:.2f}" for height in spans.floor_m[here].tolist())
+            heights = np.unique(np.round(spans.floor_m[here].astype(np.float64), 1)).tolist()
+            floors = ", ".join(f"{height:g}" for height in heights)
             raise WorldError(
                 f"no floor within {_NEAR_M:g} m of z = {start_m[2]:g} m at the start ({x:g}, "
                 f"{y:g}) m: floors there are at {floors} m"

@@ -7,6 +7,8 @@ names; that and the unit are handed on here as what they are: tags, which may be
 from __future__ import annotations
 
 import hashlib
+import io
+import itertools
 import logging
 import re
 from dataclasses import dataclass
@@ -61,7 +63,9 @@ def read_mesh_file(path: Path) -> MeshFile:
         packed = path.read_bytes()
     except OSError as error:
         raise WorldError(f"cannot read the mesh '{path}': {error.strerror or error}") from None
-    vertices, triangles = _triangles(path, _scene(path))
+    if not packed:
+        raise WorldError(f"cannot read the mesh '{path}': the file is empty, it has 0 bytes")
+    vertices, triangles = _triangles(path, _scene(path, packed))
     up_tag, unit_m = (None, None)
     if suffix in (".glb", ".gltf"):
         up_tag, unit_m = "y", 1.0  # The format knows nothing else.
@@ -70,7 +74,7 @@ def read_mesh_file(path: Path) -> MeshFile:
     return MeshFile(vertices, triangles, up_tag, unit_m, hashlib.sha256(packed).hexdigest())
 
 
-def _scene(path: Path) -> Any:
+def _scene(path: Path, packed: bytes) -> Any:
     try:
         import trimesh
 
@@ -84,14 +88,42 @@ def _scene(path: Path) -> Any:
     log = logging.getLogger("trimesh")
     quiet, log.disabled = log.disabled, True
     try:
-        return trimesh.load_scene(path, process=False, skip_materials=True)
+        file: Path | io.BytesIO = path
+        if path.suffix.lower() == ".off":
+            file = io.BytesIO(_off_in_triangles(packed))
+        kind = path.suffix[1:].lower()
+        return trimesh.load_scene(file, file_type=kind, process=False, skip_materials=True)
     except MemoryError:
         raise
     except Exception as error:  # Each format has its own ways to be broken.
         why = " ".join(str(error).split())[:160] or type(error).__name__
-        raise WorldError(f"cannot read the mesh '{path}': {why}") from None
+        raise WorldError(f"cannot read the mesh '{path}': {_damaged(path)} ({why})") from None
     finally:
         log.disabled = quiet
+
+
+def _off_in_triangles(packed: bytes) -> bytes:
+    """OFF with its polygons cut into fans: trimesh stumbles over more than four corners."""
+    rows = [line.partition(b"#")[0].split() for line in packed.splitlines()]
+    rows = [row for row in rows if row]
+    if rows and len(rows[0]) > 1:  # The counts may stand in the first line.
+        rows[:1] = [rows[0][:1], rows[0][1:]]
+    try:
+        first = 2 + int(rows[1][0])
+        corners = [row[1 : 1 + int(row[0])] for row in rows[first : first + int(rows[1][1])]]
+    except (IndexError, ValueError):
+        return packed  # What is wrong with it is found on reading.
+    if max(map(len, corners), default=0) <= 4:
+        return packed
+    fans = [(b"3", face[0], *edge) for face in corners for edge in itertools.pairwise(face[1:])]
+    counts = (rows[1][0], b"%d" % len(fans), b"0")
+    return b"\n".join(b" ".join(row) for row in (rows[0], counts, *rows[2:first], *fans))
+
+
+def _damaged(path: Path) -> str:
+    """What is likely wrong with a file that the library makes nothing of."""
+    more = ", or a file that it needs is missing" if path.suffix.lower() == ".gltf" else ""
+    return f"it is damaged, cut off, or no {path.suffix[1:].upper()} file{more}"
 
 
 def _triangles(path: Path, scene: Any) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -122,8 +154,8 @@ def _triangles(path: Path, scene: Any) -> tuple[NDArray[np.float64], NDArray[np.
         triangles.append(faces.astype(np.int64) + first)
         first += len(at)
     if not count:
-        what = f"only {points:,} points: make a surface of them first" if points else "it is empty"
-        raise WorldError(f"mesh '{path}' has no triangles, {what}")
+        what = f"only {points:,} points; make a surface of them first" if points else _damaged(path)
+        raise WorldError(f"mesh '{path}' has no triangles: {what}")
     return np.concatenate(vertices), np.concatenate(triangles)
 
 

@@ -38,11 +38,17 @@ class Flooded:
 
 
 def flooded(
-    spans: Spans, links: Links, frame: GridFrame, members: NDArray[np.bool_], start: int
+    spans: Spans,
+    links: Links,
+    frame: GridFrame,
+    members: NDArray[np.bool_],
+    start: int,
+    roof: bool = False,
 ) -> Flooded:
     """Flood from a span; where floors lie one above the other the one reached first counts.
 
-    The flood goes through places with head room first, and then through low ones.
+    The flood goes through places with head room first, and then through low ones; where a roof is
+    meant it goes under it first, or else the land above a cave would take the cave's cells.
 
     Args:
         spans: room over floors.
@@ -50,13 +56,15 @@ def flooded(
         frame: the whole raster.
         members: bool[n], the spans that hang together with the start.
         start: the span to set out from.
+        roof: whether floor under a ceiling is meant.
     """
     ranks = ranks_from(links, members, start)
     # Where there is head room first: the pocket under a ramp shall not take its cells from it.
     roomy = members & (spans.ceiling_m - spans.floor_m >= _ROOMY_M)
-    if roomy[start]:
-        first = ranks_from(links, roomy, start)
-        ranks = np.where(first >= 0, first, ranks + np.where(ranks >= 0, len(ranks), 0))
+    for sooner in (roomy, roomy & np.isfinite(spans.ceiling_m)) if roof else (roomy,):
+        if sooner[start]:
+            first = ranks_from(links, sooner, start)
+            ranks = np.where(first >= 0, first, ranks + np.where(ranks >= 0, len(ranks), 0))
     reached = np.flatnonzero(ranks >= 0)
     # By cell, and within a cell by rank: the first of each cell is kept.
     order = reached[np.lexsort((ranks[reached], spans.cell[reached]))]

@@ -17,7 +17,8 @@ _FAR_M = 10_000.0
 """Beyond this a float32 is coarser than a millimetre."""
 _CLEARLY = 2.0
 """By this factor the shape of a mesh must speak against its tag (or the format's habit)."""
-_LEVEL = math.cos(math.radians(15.0))
+_LEVEL = math.cos(math.radians(30.0))
+"""Surfaces that can be driven on are level: mines may be inclined as a whole."""
 _SMALL_M, _LARGE_M = 1.0, 5000.0
 """Places for robots of 0.3 m are this long; anything else is taken for another unit."""
 

@@ -21,6 +21,8 @@ _SMOOTH_M = 0.3
 _LEDGE_M = 1.0
 """What is nearer than the disc's radius and so much higher or lower is another level."""
 _FLANK_DEG, _FLANK_M = 45.0, 0.3
+_APART_M = 0.1
+"""A disc has points so far apart, and no more of them in finer cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,18 +49,18 @@ def ground_under(floor_m: NDArray[np.float32], cell_m: float) -> Ground:
         cell_m: edge of a cell, in metres.
     """
     known = ~np.isnan(floor_m)
-    offsets = _disc(_BUMP_M / cell_m)
+    offsets = _disc(_BUMP_M, cell_m)
     lowest = _extreme(floor_m, floor_m, offsets, -1.0)
     opened = _extreme(lowest, floor_m, offsets, 1.0)
     height = _smoothed(opened, cell_m, _SMOOTH_M)
     with np.errstate(invalid="ignore"):
         obstacle = known & (floor_m - height > _OBSTACLE_M)
-    nearest = _disc(1.0)
+    nearest = _disc(_stride(cell_m) * cell_m, cell_m)
     slope = _slope(np.where(known, height, np.float32(np.nan)), nearest, cell_m)
     steep = known & (slope > math.tan(math.radians(_STEEPEST_DEG)))
     # At its upper edge an opened slope is level, whatever the floor there is.
     plain = np.where(obstacle, np.float32(np.nan), floor_m)
-    slope = _slope(plain, _disc(_SLOPE_M / cell_m), cell_m)
+    slope = _slope(plain, _disc(_SLOPE_M, cell_m), cell_m)
     steep |= known & (slope > math.tan(math.radians(_STEEPEST_DEG + _SPARE_DEG)))
     return Ground(height, obstacle, steep & ~obstacle)
 
@@ -70,15 +72,22 @@ def flanks(floor_m: NDArray[np.float32], cell_m: float) -> NDArray[np.bool_]:
         floor_m: float32[rows, cols], heights of the floor; NaN where there is none.
         cell_m: edge of a cell, in metres.
     """
-    slope = _slope(floor_m, _disc(_FLANK_M / cell_m), cell_m)
+    slope = _slope(floor_m, _disc(_FLANK_M, cell_m), cell_m)
     steep: NDArray[np.bool_] = slope > math.tan(math.radians(_FLANK_DEG))
     return steep
 
 
-def _disc(radius: float) -> NDArray[np.int64]:
-    """int64[k, 2]: row and column offsets of the cells in a disc."""
-    reach = math.floor(radius + 1e-9)
-    row, col = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+def _stride(cell_m: float) -> int:
+    """Every how many cells a disc has a point."""
+    return max(math.floor(_APART_M / cell_m + 1e-6), 1)
+
+
+def _disc(radius_m: float, cell_m: float) -> NDArray[np.int64]:
+    """int64[k, 2]: row and column offsets of points in a disc."""
+    stride = _stride(cell_m)
+    radius = radius_m / cell_m
+    reach = math.floor(radius / stride + 1e-9) * stride
+    row, col = np.mgrid[-reach : reach + 1 : stride, -reach : reach + 1 : stride]
     inside = row**2 + col**2 <= radius**2 + 1e-9
     return np.ascontiguousarray(np.stack((row[inside], col[inside]), axis=1), dtype=np.int64)
 
@@ -110,10 +119,18 @@ def _extreme(heights, floor, offsets, sign):  # type: ignore[no-untyped-def]
 
 def _smoothed(heights: NDArray[np.float32], cell_m: float, sigma_m: float) -> NDArray[np.float32]:
     """A Gaussian mean of the known heights, also a little beside them; NaN farther away."""
-    offsets = _disc(3.0 * sigma_m / cell_m)
+    offsets = _disc(3.0 * sigma_m, cell_m)
     weights = np.exp(-0.5 * (offsets**2).sum(axis=1) * (cell_m / sigma_m) ** 2)
     where = covered_by(~np.isnan(heights), cell_m, 2.5 * sigma_m)
     smooth: NDArray[np.float32] = _mean(heights, where, offsets, weights)
+    stride = _stride(cell_m)
+    if stride > 1:
+        # Neighbours have looked at other points: a square in which each such choice counts once.
+        reach = stride // 2
+        row, col = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+        offsets = np.stack((row.ravel(), col.ravel()), axis=1)
+        weights = np.where(2 * np.abs(offsets) == stride, 0.5, 1.0).prod(axis=1)
+        smooth = _mean(smooth, where, offsets, weights)
     return smooth
 
 

@@ -40,8 +40,9 @@ CLEARANCE_M = 0.4
 """A robot needs so much room over the floor."""
 STEP_M = 0.15
 _RESOLUTION_M = 0.1
-_SMALL_M, _LONG_M = 2.0, 2000.0
+_SMALL_M, _LONG_M, _USUAL_M = 2.0, 1000.0, 30.0
 """A place for robots of 0.3 m that is smaller or larger may be given in another unit."""
+_ABSURD_M = 1e9
 Progress = Callable[[str, float], None]
 
 
@@ -105,8 +106,8 @@ def import_mesh_with_report(
     began = time.perf_counter()
     path = Path(path)
     say = progress or _silent
-    cell_m = _RESOLUTION_M if resolution_m is None else float(resolution_m)
-    step_m = STEP_M if step_height_m is None else step_height_m
+    cell_m = _number("resolution_m", resolution_m, _RESOLUTION_M)
+    step_m = _number("step_height_m", step_height_m, STEP_M)
     start = _checked(start_m, cell_m, step_m)
     # On coarse cells a slope that can be driven is a high step.
     step_m = max(step_m, math.tan(math.radians(30.0)) * cell_m)
@@ -138,15 +139,15 @@ def import_mesh_with_report(
     say("flooding", 0.0)
     links = link(spans, walls, frame, step_m, CLEARANCE_M)
     del walls
-    chosen = choose(spans, links, frame, roof, start)
-    say("flooding", 0.5)
-    reached = flooded(spans, links, frame, chosen.members, chosen.start)
-    del links
-    say("finding the ground", 0.0)
     try:
+        chosen = choose(spans, links, frame, roof, start)
+        say("flooding", 0.5)
+        reached = flooded(spans, links, frame, chosen.members, chosen.start, chosen.roof)
+        del links
+        say("finding the ground", 0.0)
         floor = drivable(reached, chosen.roof, start)
     except WorldError as error:
-        raise WorldError(f"mesh '{path}': {error}{_hint(frame_of)}") from None
+        raise WorldError(f"mesh '{path}': {error}{_moved(frame_of)}{_hint(frame_of)}") from None
     mesh = Mesh(frame_of.vertices_m.astype(np.float32), clean.triangles)
     origin = reached.frame.origin_x_m, reached.frame.origin_y_m
     source = _source(path, sha256, frame_of, cell_m, step_m, chosen.roof)
@@ -174,6 +175,13 @@ def _silent(_: str, __: float) -> None:
 def _frozen(heights: NDArray[np.float32]) -> NDArray[np.float32]:
     heights.setflags(write=False)
     return heights
+
+
+def _number(name: str, given: float | None, default: float) -> float:
+    try:
+        return default if given is None else float(given)
+    except (TypeError, ValueError):
+        raise WorldError(f"{name} = {given!r}: expected metres, as {default:g}") from None
 
 
 def _checked(
@@ -215,12 +223,14 @@ def _raster(path: Path, at: Framed, cell_m: float) -> tuple[GridFrame, NDArray[n
     # Lines between cells lie on multiples of the cell's edge, whatever the mesh's corner.
     first = np.floor(low[:2] / cell_m) - 2.0
     count = np.ceil(high[:2] / cell_m) + 2.0 - first
-    if count[0] * count[1] > FINEST_CELLS:
-        coarse = math.ceil(math.sqrt(size[0] * size[1] / FINEST_CELLS) * 1.02 * 100.0) / 100.0
+    cells = float(np.sqrt(count).prod()) ** 2 if size.max() < _ABSURD_M else math.inf
+    if cells > FINEST_CELLS:
+        square_m = min(float(np.sqrt(size[:2]).prod()), _ABSURD_M)
+        coarse = math.ceil(square_m / math.sqrt(FINEST_CELLS) * 1.02 * 100.0) / 100.0
         remedy = f"take cells of {coarse:g} m or more (resolution_m)" if coarse <= 1.0 else ""
         raise WorldError(
-            f"mesh '{path}' is {_size(size)} large: at {cell_m:g} m a raster of {count[1]:,.0f} × "
-            f"{count[0]:,.0f} cells is too large (limit {FINEST_CELLS:,} cells): "
+            f"mesh '{path}' is {_size(size)} large: at {cell_m:g} m a raster of {count[1]:,.6g} × "
+            f"{count[0]:,.6g} cells is too large (limit {FINEST_CELLS:,} cells): "
             f"{remedy or 'cut the mesh'}{_hint(at)}"
         )
     columns, rows = (int(part) for part in count)
@@ -237,22 +247,29 @@ def _raster(path: Path, at: Framed, cell_m: float) -> tuple[GridFrame, NDArray[n
 
 
 def _size(size: NDArray[np.float64]) -> str:
-    return (
-        " × ".join(f"{length:,.4g}" if length < 10 else f"{length:,.0f}" for length in size) + " m"
-    )
+    few = (f"{x:,.0f}" if 10 <= x < _ABSURD_M else f"{x:,.4g}" for x in size.tolist())
+    return " × ".join(few) + " m"
+
+
+def _moved(at: Framed) -> str:
+    """Which coordinates a complaint is in, where they are not the mesh's own."""
+    if not any(at.offset_m):
+        return ""
+    x, y, z = at.offset_m
+    return f" (all of these in the world's frame: the mesh's less {x:.0f}, {y:.0f}, {z:.0f} m)"
 
 
 def _hint(at: Framed) -> str:
     """What may be wrong with the unit, where the size is not that of a place for robots."""
-    size = np.ptp(at.vertices_m, axis=0)
-    longest = float(size.max())
-    for unit, name in ((0.001, "millimetres"), (0.01, "centimetres"), (1000.0, "kilometres")):
-        scaled = longest * unit / at.scale
-        large = longest > _LONG_M and unit < at.scale
-        small = longest < _SMALL_M and unit > at.scale
-        if (large or small) and _SMALL_M <= scaled <= _LONG_M:
-            return f"; if the file is in {name}, say so with scale {unit:g}"
-    return ""
+    longest = float(np.ptp(at.vertices_m, axis=0).max())
+    if _SMALL_M <= longest <= _LONG_M:
+        return ""
+    units = {"millimetres": 0.001, "centimetres": 0.01, "kilometres": 1000.0}
+    sizes = {name: longest * unit / at.scale for name, unit in units.items()}
+    likely = min(sizes, key=lambda name: abs(math.log(max(sizes[name], 1e-300) / _USUAL_M)))
+    if units[likely] == at.scale or not _SMALL_M <= sizes[likely] <= _LONG_M:
+        return ""
+    return f"; if the file is in {likely}, say so with scale {units[likely]:g}"
 
 
 def _source(
@@ -316,7 +333,7 @@ def _report(
         reachable_m2=float(np.count_nonzero(reachable(world))) * cell_m2,
         passages_m=passage_widths_m(world.free != 0, world.resolution_m),
         left_out_m2=left_out,
-        start_m=floor.start_m,
+        start_m=(*floor.start_m, float(floor.ground_m[world.frame.cell_of(*floor.start_m)])),
         start_proposed=proposed,
         seconds=0.0,
     )

@@ -30,7 +30,7 @@ class ImportReport:
         reachable_m2: area that the body of a robot can cover from the start.
         passages_m: widths of passages: 5 %, 50 % and 95 % of the floor is in narrower ones.
         left_out_m2: why floor is not free → its area.
-        start_m: ``(x, y)`` in the world's frame.
+        start_m: ``(x, y, z)`` in the world's frame, on the ground.
         start_proposed: whether the start was found rather than given.
         seconds: how long the import took.
     """
@@ -45,7 +45,7 @@ class ImportReport:
     reachable_m2: float
     passages_m: tuple[float, float, float]
     left_out_m2: dict[str, float]
-    start_m: tuple[float, float]
+    start_m: tuple[float, float, float]
     start_proposed: bool
     seconds: float = field(compare=False)
 
@@ -57,7 +57,7 @@ class ImportReport:
         left_out = ", ".join(
             f"{area:,.0f} m² {why}" for why, area in self.left_out_m2.items() if area >= 0.5
         )
-        x, y = self.start_m
+        x, y, z = self.start_m
         how = "proposed: a roomy place" if self.start_proposed else "as asked"
         return [
             f"mesh: {self.file}, {size} m, {self.triangles:,} triangles"
@@ -68,7 +68,7 @@ class ImportReport:
             f"left out: {left_out or 'nothing'}",
             f"passages: half of the floor is in those narrower than {usual:.1f} m, 5 % below "
             f"{narrow:.1f} m, 5 % above {wide:.1f} m",
-            f"start: {x:.2f},{y:.2f} m ({how})",
+            f"start: {x:.2f},{y:.2f},{z:.2f} m ({how})",
             f"time: {self.seconds:.1f} s",
         ]
 
