@@ -60,7 +60,10 @@ class Bodies:
     @property
     def pose(self) -> NDArray[np.float64]:
         """float64[N, 3]: x_m, y_m, heading_rad."""
-        return np.column_stack([self.position, self.heading * (2.0 * math.pi / TICKS)])
+        pose = np.empty((len(self.heading), 3))
+        pose[:, :2] = self.position
+        np.multiply(self.heading, 2.0 * math.pi / TICKS, out=pose[:, 2])
+        return pose
 
 
 def place_bodies(
