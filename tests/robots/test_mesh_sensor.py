@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import math
+import weakref
 
 import numpy as np
 import pytest
@@ -147,3 +149,12 @@ def test_the_dead_see_nothing_and_a_mesh_of_nothing_is_never_met():
     assert np.isfinite(scan(mesh, (0.75, 0.75), (0, 0, 0), 0, [0], height_m=0.1)).all()
     dead = scan(mesh, (0.75, 0.75), (0, 0, 0), 0, [0], height_m=0.1, alive=False)
     assert dead[0, 0] == math.inf
+
+
+def test_a_mesh_is_sorted_once_and_forgotten_with_it():
+    mesh = extruded(world_from_ascii("###\n#S#\n###"))
+    buckets = weakref.ref(bucket_triangles(mesh))
+    assert bucket_triangles(mesh) is buckets()
+    del mesh
+    gc.collect()
+    assert buckets() is None

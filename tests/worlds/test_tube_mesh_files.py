@@ -9,7 +9,6 @@ import pytest
 import trimesh
 from PIL import Image
 
-from swarmscout.cli.worlds import app
 from swarmscout.core.errors import ViewError, WorldError
 from swarmscout.viewing.mesh_picture import mesh_picture
 from swarmscout.worlds import Mesh, TubeParameters, load_world, tube_mesh, write_mesh
@@ -25,17 +24,6 @@ WORDS = (
 @pytest.fixture(scope="module")
 def tiny() -> Mesh:
     return tube_mesh(TINY, mesh_resolution_m=0.3)
-
-
-@pytest.fixture
-def command(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words: str) -> str:
-        app(list(words), result_action="return_value", exit_on_error=False, print_error=False)
-        return capsys.readouterr().out
-
-    return run
 
 
 @pytest.mark.parametrize("suffix", writing.MESH_SUFFIXES)

@@ -9,20 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from swarmscout.cli.worlds import app
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds import load_world
-
-
-@pytest.fixture
-def command(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words: str) -> str:
-        app(list(words), result_action="return_value", exit_on_error=False, print_error=False)
-        return capsys.readouterr().out
-
-    return run
 
 
 def test_list(command):

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rich.progress import TaskID
-
     from swarmscout.worlds.world import World
 
-__all__ = ["Stages", "world_of_mesh"]
+__all__ = ["stages", "world_of_mesh"]
 
 
 def world_of_mesh(
@@ -33,10 +31,10 @@ def world_of_mesh(
 
     if any(".meshes." in name for name in uncompiled_kernels()):
         print("compiling: this happens once and takes a minute or less", flush=True)
-    with Stages() as stages:
+    with stages() as show:
         world, report = import_mesh_with_report(
             file, up=up, scale=scale, start_m=start_m, roof=roof, resolution_m=resolution_m,
-            step_height_m=step_height_m, progress=stages.show,
+            step_height_m=step_height_m, progress=show,
         )  # fmt: skip
     for line in report.lines():
         print(line)
@@ -48,40 +46,27 @@ def world_of_mesh(
     return world
 
 
-class Stages:
-    """A bar for each stage of some work on a terminal; elsewhere a line when a stage begins."""
+@contextmanager
+def stages() -> Iterator[Callable[[str, float], None]]:
+    """A bar for each stage of some work on a terminal; elsewhere a line when a stage begins.
 
-    def __init__(self) -> None:
-        self._bar: Any = None
-        self._task: TaskID | None = None
-        self._stage = ""
+    Yields:
+        What is to be called with what is being done, and the share that is done of it, 0 to 1.
+    """
+    if sys.stdout.isatty():
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    def __enter__(self) -> Stages:
-        """Draw the bar when someone sits in front of it."""
-        if sys.stdout.isatty():
-            from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+        with Progress(*columns, transient=True) as bar:
+            task = bar.add_task("", total=1.0)
+            yield lambda stage, share: bar.update(task, description=stage, completed=share)
+        return
+    last = ""
 
-            self._bar = Progress(
-                TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), transient=True
-            )
-            self._task = self._bar.add_task("", total=1.0)
-            self._bar.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        """Take the bar away."""
-        if self._bar is not None:
-            self._bar.stop()
-
-    def show(self, stage: str, share: float) -> None:
-        """Say what is being done, and the share that is done of it, 0 to 1."""
-        begins, self._stage = stage != self._stage, stage
-        if self._bar is not None:
-            self._bar.update(self._task, description=stage, completed=share)
-        elif begins:
+    def say(stage: str, _: float) -> None:
+        nonlocal last
+        if stage != last:
+            last = stage
             print(f"{stage} …", flush=True)
+
+    yield say

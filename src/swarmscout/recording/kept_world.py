@@ -46,7 +46,7 @@ def keep_world(
         "start_m": plain(world.start_m),
         "stations_m": plain(world.stations_m),
     }
-    if scenario.sensor.sensing == "raster":
+    if world.mesh is not None and scenario.sensor.sensing == "raster":
         world = dataclasses.replace(world, mesh=None)  # Often many megabytes, which nothing read.
     if not whole and _is_named_by(scenario, world):
         return scenario, {"kept_as": "recipe", **facts}

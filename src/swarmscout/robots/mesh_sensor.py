@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,8 +54,20 @@ class TriangleBuckets:
     high_z: NDArray[np.float32]
 
 
+_sorted: WeakKeyDictionary[Mesh, TriangleBuckets] = WeakKeyDictionary()
+
+
 def bucket_triangles(mesh: Mesh) -> TriangleBuckets:
-    """Sort the triangles of a mesh into buckets."""
+    """Sort the triangles of a mesh into buckets: once, and kept for as long as the mesh is.
+
+    Many missions of a study fly in one world.
+    """
+    if mesh not in _sorted:
+        _sorted[mesh] = _bucketed(mesh)
+    return _sorted[mesh]
+
+
+def _bucketed(mesh: Mesh) -> TriangleBuckets:
     (left, bottom, _), (right, top, _) = mesh.bounds_m.tolist()
     edge_m = max(_EDGE_M, math.sqrt((right - left) * (top - bottom) / _MOST_BUCKETS))
     shape = (int((top - bottom) / edge_m) + 1, int((right - left) / edge_m) + 1)
