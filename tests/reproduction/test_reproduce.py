@@ -54,6 +54,19 @@ def test_the_comparison_says_how_little_five_trials_show(pages):
     assert (pages["llm-vs-baseline"].parent / "study" / "report.html").exists()
 
 
+def test_the_papers_own_design_is_one_cave(tmp_path):
+    options = Options(
+        out=tmp_path, run_study=lambda study: run_study(study, InThisProcess()), quick=True,
+        caves=1,
+    )  # fmt: skip
+    reproduce(["llm-vs-baseline"], options, lambda name, page: None)
+    twin = (tmp_path / "llm-vs-baseline" / "page.md").read_text(encoding="utf-8")
+    assert "1 cave with 1 trials" in twin.replace("\n", " ")
+    assert "pairs of each start" not in twin
+    assert "reproduce llm-vs-baseline --quick --caves 1" in twin
+    assert main(["reproduce", "llm-vs-baseline", "--caves", "0"]) == 2
+
+
 def test_another_rule_can_stand_in_the_models_place(tmp_path):
     options = Options(out=tmp_path, run_study=None, quick=True, selector="multi-criteria")
     ((_, blocks),) = reproduce(["reasoning"], options, lambda name, page: None)

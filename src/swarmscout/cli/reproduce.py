@@ -21,6 +21,7 @@ def reproduce(
     llm_model: str | None = None,
     llm_cassette: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     llm_mode: Literal["auto", "record", "replay", "refresh"] | None = None,
+    caves: Annotated[int | None, Parameter(show_default=False)] = None,
     quick: bool = False,
 ) -> int:
     """Reproduce a figure of the paper: a page with the paper's claim and our result beside it.
@@ -37,6 +38,8 @@ def reproduce(
         llm_model: the model's name, or Azure's deployment.
         llm_cassette: a file that keeps requests and replies.
         llm_mode: what the cassette is for, as for explore.
+        caves: how many of the ten caves of the figures that compare; 1 is the paper's own design,
+            for a language model that is slow or costs money.
         quick: small counts, to see that everything works; titles say so.
     """
     from swarmscout.cli.compiling import say_if_compiling
@@ -49,6 +52,8 @@ def reproduce(
     from swarmscout.studies.study import Study
 
     names = figures_named(name)
+    if caves is not None and caves < 1:
+        raise StudyError(f"--caves {caves}: at least 1")
     asked = llm_overrides(llm, llm_model, llm_cassette and llm_cassette.resolve(), llm_mode)
     say_if_compiling()
 
@@ -57,6 +62,8 @@ def reproduce(
         if failed:
             raise StudyError(f"{failed} missions of '{study.declared.name}' failed")
 
-    options = Options(out=out, run_study=run_study, quick=quick, selector=destinations, llm=asked)
+    options = Options(
+        out=out, run_study=run_study, quick=quick, caves=caves, selector=destinations, llm=asked
+    )
     make(names, options, lambda figure, page: print(f"{figure}: {page}", flush=True))
     return 0

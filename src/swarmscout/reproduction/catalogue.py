@@ -96,14 +96,16 @@ def reproduce(
 
 
 def _how(name: str, options: Options) -> list[Block]:
-    quick = " --quick" if options.quick else ""
+    counts = " --quick" if options.quick else ""
+    if options.caves is not None:
+        counts += f" --caves {options.caves}"
     who = options.llm.get("llm.base_url", options.llm.get("llm.provider"))
     asked = f" --llm {who}" if who else ""
     if "llm.model" in options.llm:
         asked += f" --llm-model {options.llm['llm.model']}"
     return [
         Heading("How it was made"),
-        Code(f"swarmscout reproduce {name}{quick} --destinations {options.selector}{asked}"),
+        Code(f"swarmscout reproduce {name}{counts} --destinations {options.selector}{asked}"),
         Text(
             f"swarmscout {package_version()}, rules version {RULES_VERSION}, Python "
             f"{platform.python_version()}. The paper: H. Kawashima et al., AROB-ISBC 2026."

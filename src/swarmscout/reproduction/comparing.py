@@ -39,6 +39,7 @@ def llm_vs_baseline(options: Options) -> list[Block]:
     five = frame.filter(pl.col("world_seed") == world)
     few = compare(study, five)
     worlds = frame["world_seed"].n_unique()
+    caves = f"{worlds} caves" if worlds > 1 else "one cave"
     told = "; ".join(
         f"{p.setting[0]}: {with_interval(p.ratio)} times the baseline"
         for p in pairs
@@ -52,12 +53,15 @@ def llm_vs_baseline(options: Options) -> list[Block]:
         ),
         Picture(
             "llm-vs-baseline", figure,
-            f"Explored area over time, mean and 95 % band over {worlds} caves with "
-            f"{study.declared.trials} trials each; “LLM” {said_of(options)}. From one place (left) "
+            f"Explored area over time, mean and 95 % band over {caves}, trials 1 to "
+            f"{study.declared.trials} in each; “LLM” {said_of(options)}. From one place (left) "
             "and spread over the cave (right) are two different problems.",
         ),
-        Heading(f"All {pairs[0].n} pairs of each start", 3),
-        _ratios(pairs),
+        *(
+            [Heading(f"All {pairs[0].n} pairs of each start", 3), _ratios(pairs)]
+            if worlds > 1
+            else []
+        ),
         Heading(f"The paper's design: {study.declared.trials} trials in one cave", 3),
         Text(
             f"The first cave alone (world seed {world}). With so few pairs the paired test cannot "

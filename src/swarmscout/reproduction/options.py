@@ -31,6 +31,7 @@ class Options:
         out: the folder of this figure.
         run_study: runs a study to its end.
         quick: small counts, to see that everything works: no numbers to be shown.
+        caves: how many of a study's caves, the first ones; None: all.
         selector: in the place of the paper's language model.
         llm: scenario keys that say which language model answers it, for one that asks.
     """
@@ -38,6 +39,7 @@ class Options:
     out: Path
     run_study: RunStudy
     quick: bool = False
+    caves: int | None = None
     selector: str = LLM_LIKE
     llm: Mapping[str, Any] = field(default_factory=dict)
 
@@ -90,7 +92,17 @@ def study_named(options: Options, name: str) -> Study:
     study = Study.load(file, options.out / "study")
     if options.llm:
         study = study.changed({"scenario": {**study.declared.scenario, **options.llm}})
+    if options.caves is not None:
+        study = _with_caves(study, options.caves)
     return _in_small(study) if options.quick else study
+
+
+def _with_caves(study: Study, count: int) -> Study:
+    axes = {
+        name: values[:count] if name == "world_seed" else values
+        for name, values in study.declared.axes.items()
+    }
+    return study.changed({"axes": axes})
 
 
 def _in_small(study: Study) -> Study:
