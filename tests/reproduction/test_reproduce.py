@@ -61,7 +61,7 @@ def test_the_papers_own_design_is_one_cave(tmp_path):
     )  # fmt: skip
     reproduce(["llm-vs-baseline"], options, lambda name, page: None)
     twin = (tmp_path / "llm-vs-baseline" / "page.md").read_text(encoding="utf-8")
-    assert "1 cave with 1 trials" in twin.replace("\n", " ")
+    assert "one cave, trials 1 to 1" in twin
     assert "pairs of each start" not in twin
     assert "reproduce llm-vs-baseline --quick --caves 1" in twin
     assert main(["reproduce", "llm-vs-baseline", "--caves", "0"]) == 2
