@@ -45,6 +45,9 @@ def llm_vs_baseline(options: Options) -> list[Block]:
         for p in pairs
         if str(p.label) == rule
     )
+    whole: list[Block] = []
+    if worlds > 1:
+        whole = [Heading(f"All {pairs[0].n} pairs of each start", 3), _ratios(pairs)]
     return [
         Text(
             "**The paper:** with N = 15 and 300 steps the LLM-based method explores about 20 % "
@@ -57,11 +60,7 @@ def llm_vs_baseline(options: Options) -> list[Block]:
             f"{study.declared.trials} in each; “LLM” {said_of(options)}. From one place (left) "
             "and spread over the cave (right) are two different problems.",
         ),
-        *(
-            [Heading(f"All {pairs[0].n} pairs of each start", 3), _ratios(pairs)]
-            if worlds > 1
-            else []
-        ),
+        *whole,
         Heading(f"The paper's design: {study.declared.trials} trials in one cave", 3),
         Text(
             f"The first cave alone (world seed {world}). With so few pairs the paired test cannot "
