@@ -19,37 +19,31 @@ from swarmscout.minds.minds import (
     DESTINATION,
     LEADER,
     MODE,
-    STEP,
     TARGET,
     TEAM,
     Minds,
     blank_minds,
 )
+from swarmscout.robots.bodies import heading_table
 
-STEP_NOW = 9
-REACH_M, FAN_M, APART_M = 0.5, 3.0, 1.0
+REACH_M, FAN_M, APART_M, TURN_M = 0.5, 3.0, 1.0, 0.7
 FRONTIER_BIT = 4
+HEADINGS = heading_table()
 
 
 def some_minds(rng: np.random.Generator, frame: GridFrame, shared: bool) -> Minds:
-    """Two teams, some robots out of charge or charging, with targets of the step before."""
+    """Two teams, some robots out of charge or charging, that look all ways."""
     robots = int(rng.integers(2, 9))
     minds = blank_minds(robots, shared=shared)
-    minds.state[:, STEP] = STEP_NOW
     minds.state[:, TEAM] = rng.integers(0, 2, robots)
     minds.state[:, LEADER] = minds.state[:, TEAM]
     minds.state[:, MODE] = np.where(rng.random(robots) < 0.1, CHARGE, 0)
     minds.sending[:] = rng.random(robots) < 0.9
     minds.reading[:, 0] = rng.uniform(0.0, frame.cell_m * frame.columns, robots)
     minds.reading[:, 1] = rng.uniform(0.0, frame.cell_m * frame.rows, robots)
-    before = rng.integers(0, frame.size, 2)
-    goals = np.where(rng.random(2) < 0.5, before, rng.integers(-1, frame.size, 2))
-    minds.state[:, DESTINATION] = before[minds.team]
-    minds.state[:, TARGET] = rng.integers(0, frame.size, robots)
-    minds.heard_state[:] = minds.state[:, : minds.heard_state.shape[2]]
+    minds.reading[:, 2] = rng.integers(0, len(HEADINGS), robots)
+    goals = rng.integers(-1, frame.size, 2)
     minds.heard_reading[:] = minds.reading
-    late = rng.random(minds.heard_state.shape[:2]) < 0.1
-    minds.heard_state[late, STEP] = STEP_NOW - 3
     minds.state[:, DESTINATION] = goals[minds.team]
     minds.state[:, TARGET] = minds.state[:, DESTINATION]
     return minds
@@ -58,9 +52,10 @@ def some_minds(rng: np.random.Generator, frame: GridFrame, shared: bool) -> Mind
 def fan(minds: Minds, frame: GridFrame, status: NDArray[np.uint8], links: Any) -> None:
     scratch = np.zeros((2, minds.robots), dtype=np.int64)
     fan_out(
-        minds.state, minds.sending, links, minds.heard_state, minds.heard_reading, status,
-        FRONTIER_BIT, np.zeros(frame.size, dtype=np.int64), scratch[0], scratch[1], 0.0, 0.0,
-        frame.cell_m, frame.rows, frame.columns, REACH_M, FAN_M, APART_M, STEP_NOW,
+        minds.state, minds.sending, links, minds.heard_reading, status, FRONTIER_BIT, HEADINGS,
+        np.zeros(frame.size, dtype=np.int64), np.zeros((minds.robots, frame.size)), scratch[0],
+        scratch[1], 0.0, 0.0, frame.cell_m, frame.rows, frame.columns, REACH_M, FAN_M, APART_M,
+        TURN_M,
     )  # fmt: skip
 
 
@@ -86,6 +81,14 @@ def by_definition(
         x_m, y_m = frame.centre_of(*frame.unflat(cell))
         return math.dist(minds.heard_reading[k, j, :2], (x_m, y_m))
 
+    def effort(j: int, cell: int) -> float:
+        x_m, y_m = frame.centre_of(*frame.unflat(cell))
+        at_x_m, at_y_m, ticks = minds.heard_reading[k, j, :3]
+        if not away(j, cell):
+            return 0.0
+        turn = math.atan2(y_m - at_y_m, x_m - at_x_m) - 2.0 * math.pi * ticks / len(HEADINGS)
+        return away(j, cell) + TURN_M * 2.0 * abs(math.sin(0.5 * turn))
+
     def gap(a: int, b: int) -> float:
         return frame.cell_m * math.dist(frame.unflat(a), frame.unflat(b))
 
@@ -96,21 +99,10 @@ def by_definition(
         and gap(cell, goal) <= FAN_M + 1e-9
         and min(away(j, cell) for j in team) > REACH_M
     ]
-    heard = minds.heard_state[k]
-    targets = {
-        j: int(heard[j, TARGET])
-        for j in team
-        if heard[j, STEP] == STEP_NOW
-        and heard[j, DESTINATION] == goal
-        and heard[j, TARGET] in cells
-    }
-    if goal not in targets.values():
-        free = [j for j in team if j not in targets]
-        if free:
-            targets[min(free, key=lambda j: away(j, goal))] = goal
+    targets = {min(team, key=lambda j: effort(j, goal)): goal}
     while True:
         pairs = [
-            (away(j, cell), j, cell)
+            (effort(j, cell), j, cell)
             for j in team
             if j not in targets
             for cell in cells
@@ -142,8 +134,6 @@ def test_who_heard_the_same_never_takes_the_same_cell(seed: int) -> None:
     rng = np.random.default_rng(seed)
     frame = GridFrame(0.0, 0.0, 0.5, 16, 16)
     minds = some_minds(rng, frame, shared=True)
-    # What an own run of this rule could have left: different targets, apart from each other.
-    minds.heard_state[0, :, DESTINATION] = -1
     status = np.where(rng.random((1, frame.size)) < 0.3, FRONTIER_BIT, 0).astype(np.uint8)
     fan(minds, frame, status, np.zeros((1, 1), dtype=np.bool_))
     for team in (0, 1):

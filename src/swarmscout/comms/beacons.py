@@ -1,9 +1,8 @@
 """Beacons: what a robot tells the others in each step.
 
 A beacon carries robot, step, pose, charge, and the first columns of its sender's state: team,
-leader, mode, team size, desired size, the partner it picks for joining, destination, and the
-cell that it drives to itself. Phases that follow in the same step read what was heard here, the
-same snapshot for all.
+leader, mode, team size, desired size, the partner it picks for joining, and destination. Phases
+that follow in the same step read what was heard here, the same snapshot for all.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ class Destinations:
         *,
         seed: int,
         robots: int,
-        heading_unit_rad: float,
+        headings: NDArray[np.float64],
         forward_m: float,
         reach_m: float,
         stale_rule: bool,
@@ -73,7 +73,7 @@ class Destinations:
         avoid_steps: int,
         latency_steps: int,
         team_position: str,
-        fan: tuple[float, float] | None,
+        fan: tuple[float, float, float] | None,
     ) -> None:
         self.selector = selector
         self.name = name
@@ -83,7 +83,8 @@ class Destinations:
         self.waiting = Waiting(latency_steps)
         self._counts = TalkCounts()
         self._seed = seed
-        self._heading_unit_rad = heading_unit_rad
+        self._headings = headings
+        self._heading_unit_rad = 2.0 * math.pi / len(headings)
         self._forward_m = forward_m
         self._reach_m = reach_m
         self._stale_rule = stale_rule
@@ -146,7 +147,7 @@ class Destinations:
         share_destinations(minds.state, minds.sending, links, minds.listeners == 1)
         minds.state[:, TARGET] = minds.state[:, DESTINATION]
         if self._fan is not None:
-            self._fan_out(minds, grids, links, step, *self._fan)
+            self._fan_out(minds, grids, links, *self._fan)
         self.seconds = perf_counter() - started
         return decisions
 
@@ -155,18 +156,18 @@ class Destinations:
         minds: Minds,
         grids: OccupancyGrids,
         links: NDArray[np.bool_],
-        step: int,
         fan_m: float,
         apart_m: float,
+        turn_m: float,
     ) -> None:
         frame = grids.frame
-        cells = np.empty((2 * int(fan_m / frame.cell_m) + 1) ** 2, dtype=np.int64)
+        disc = (2 * int(fan_m / frame.cell_m) + 1) ** 2
         members, targets = self._fan_scratch
         fan_out(
-            minds.state, minds.sending, links, minds.heard_state, minds.heard_reading,
-            grids.status, FRONTIER, cells, members, targets,
-            frame.origin_x_m, frame.origin_y_m, frame.cell_m, frame.rows, frame.columns,
-            self._reach_m, fan_m, apart_m, step,
+            minds.state, minds.sending, links, minds.heard_reading, grids.status, FRONTIER,
+            self._headings, np.empty(disc, dtype=np.int64), np.empty((minds.robots, disc)), members,
+            targets, frame.origin_x_m, frame.origin_y_m, frame.cell_m, frame.rows, frame.columns,
+            self._reach_m, fan_m, apart_m, turn_m,
         )  # fmt: skip
 
     def summary(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import math
 
 from swarmscout.core.codes import CHARGE
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.minds.minds import DESTINATION, MODE, STEP, TARGET, TEAM
+from swarmscout.minds.minds import DESTINATION, MODE, TARGET, TEAM
 
 __all__ = ["fan_out"]
 
@@ -42,20 +42,17 @@ def _list_cells(status, frontier_bit, centre, reach_cells, columns, rows, cells)
 
 
 @inlined
-def _away(reading, j, cell, ox, oy, cell_m, columns):  # type: ignore[no-untyped-def]
-    """Squared distance in m² from robot j, as heard, to a cell's centre."""
+def _effort(reading, j, cell, ox, oy, cell_m, columns, turn_m, looks):  # type: ignore[no-untyped-def]
+    """Distance and turn, in metres, from robot j as heard to a cell; and the distance alone."""
     dx = ox + (cell % columns + 0.5) * cell_m - reading[j, 0]
     dy = oy + (cell // columns + 0.5) * cell_m - reading[j, 1]
-    return dx * dx + dy * dy
-
-
-@inlined
-def _reached(reading, members, n, cell, reach_m, ox, oy, cell_m, columns):  # type: ignore[no-untyped-def]
-    """Whether any of n members, as heard, is at a cell."""
-    for a in range(n):
-        if _away(reading, members[a], cell, ox, oy, cell_m, columns) <= reach_m * reach_m:
-            return True
-    return False
+    away = math.sqrt(dx * dx + dy * dy)
+    if away == 0.0:
+        return 0.0, 0.0
+    look = int(reading[j, 2])
+    along = (dx * looks[look, 0] + dy * looks[look, 1]) / away
+    # The chord of the angle: as long as the angle where it is small, 2 for about-turns.
+    return away + turn_m * math.sqrt(max(0.0, 2.0 - 2.0 * along)), away
 
 
 @inlined
@@ -69,30 +66,31 @@ def _is_apart(targets, n, cell, apart, columns):  # type: ignore[no-untyped-def]
 
 @kernel
 def fan_out(  # type: ignore[no-untyped-def]
-    state, sending, links, heard_state, heard_reading, status, frontier_bit, cells, members,
-    targets, ox, oy, cell_m, rows, columns, reach_m, fan_m, apart_m, step,
+    state, sending, links, heard_reading, status, frontier_bit, looks, cells, efforts, members,
+    targets, ox, oy, cell_m, rows, columns, reach_m, fan_m, apart_m, turn_m,
 ):  # fmt: skip
     """Each robot takes a frontier cell near its team's destination, alone, from what it knows.
 
     Every member solves the same small assignment on what it has heard and takes its own part, so
-    members that have heard the same never take the same cell. Who has a target keeps it while the
-    team keeps its destination and the target is a frontier that nobody of the team has reached.
-    Then somebody has to take the destination itself, and the others take what is nearest to them:
-    always the nearest pair of member and cell first, and no cell nearer than `apart_m` to another
-    member's. For whom no cell is left, the destination serves.
+    members that have heard the same never take the same cell. Who gets to the destination with the
+    least effort takes it, and the others take what costs them least: always the cheapest pair of
+    member and cell first, and no cell nearer than `apart_m` to another member's. For whom no cell
+    is left, the destination serves. All is decided anew in each step: turning has its price, so
+    that robots keep going where they look.
 
     Args:
-        state, sending, heard_state, heard_reading: see ``Minds``; state[:, TARGET], which is the
-            destination before, is written.
+        state, sending, heard_reading: see ``Minds``; state[:, TARGET] is written.
         links: bool[N, N]; not read where all share one listener's row.
         status: uint8[K, C'] and frontier_bit: see ``OccupancyGrids``.
-        cells: int64[cells in the disc or more], members: int64[N], targets: int64[N]: scratch.
+        looks: float64[ticks, 2], ``heading_table()``.
+        cells: int64[cells in the disc or more], efforts: float64[N, as many], members: int64[N],
+            targets: int64[N]: scratch.
         ox, oy, cell_m, rows, columns: the grid's frame.
         reach_m: this near to a target's centre is reached.
         fan_m: targets lie this near to the destination; apart_m: and at least so far apart.
-        step: the current step.
+        turn_m: what a turn by a radian costs, in metres.
     """
-    shared = heard_state.shape[0] == 1
+    shared = heard_reading.shape[0] == 1
     reach_cells = int(fan_m / cell_m)
     apart = (apart_m / cell_m) ** 2
     for i in range(state.shape[0]):
@@ -116,46 +114,39 @@ def fan_out(  # type: ignore[no-untyped-def]
         # Cells that a member has reached already are not worth going to.
         left = 0
         for c in range(found):
-            if not _reached(
-                heard_reading[k], members, n, cells[c], reach_m, ox, oy, cell_m, columns
-            ):
+            reached = False
+            for a in range(n):
+                efforts[a, left], away = _effort(
+                    heard_reading[k], members[a], cells[c], ox, oy, cell_m, columns, turn_m, looks
+                )
+                reached = reached or away <= reach_m
+            if not reached:
                 cells[left] = cells[c]
                 left += 1
-        taken = False
+        best = math.inf
+        first = 0
         for a in range(n):
-            j = members[a]
             targets[a] = -1
-            target = heard_state[k, j, TARGET]
-            if heard_state[k, j, STEP] != step or heard_state[k, j, DESTINATION] != goal:
-                continue
-            for c in range(left):
-                if cells[c] == target:
-                    targets[a] = target
-                    taken = taken or target == goal
-                    break
+            effort, _ = _effort(
+                heard_reading[k], members[a], goal, ox, oy, cell_m, columns, turn_m, looks
+            )
+            if effort < best:
+                best, first = effort, a
+        targets[first] = goal
         # Each round gives one member a cell.
-        for _ in range(n):
+        for _ in range(n - 1):
             best = math.inf
             best_a = -1
             best_cell = goal
             for a in range(n):
                 if targets[a] >= 0:
                     continue
-                if not taken:
-                    away = _away(heard_reading[k], members[a], goal, ox, oy, cell_m, columns)
-                    if away < best:
-                        best, best_a = away, a
-                    continue
                 for c in range(left):
-                    away = _away(heard_reading[k], members[a], cells[c], ox, oy, cell_m, columns)
-                    if away >= best:
-                        continue
-                    if _is_apart(targets, n, cells[c], apart, columns):
-                        best, best_a, best_cell = away, a, cells[c]
+                    if efforts[a, c] < best and _is_apart(targets, n, cells[c], apart, columns):
+                        best, best_a, best_cell = efforts[a, c], a, cells[c]
             if best_a < 0:
                 break
             targets[best_a] = best_cell
-            taken = True
         for a in range(n):
             if members[a] == i and targets[a] >= 0:
                 state[i, TARGET] = targets[a]

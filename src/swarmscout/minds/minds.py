@@ -40,8 +40,8 @@ SIZE = 4  # members of the team, as the robot knows
 DESIRED = 5  # desired team size
 PICK = 6  # a leader's partner for joining: a robot of the other team, or -1
 DESTINATION = 7  # flat cell of the map, or -1
-TARGET = 8  # flat cell that the robot itself drives to: the destination, or one near it; or -1
-BEACON = 9
+BEACON = 8
+TARGET = 8  # private: flat cell that it drives to itself: the destination, or one near it; or -1
 NEEDS = 9  # private: why a new destination is needed, a code of CAUSES
 DUE_AT = 10  # private: the step after which the destination is overdue
 COLUMNS = 11
@@ -55,7 +55,7 @@ class Minds:
         state: int64[N, 11], columns above.
         reading: float64[N, 4], own believed x_m, y_m, heading in ticks, and charge as a share.
         sending: bool[N], False for a robot whose charge is gone: it says and decides nothing.
-        heard_state: int64[K, N, 9], the last beacon heard of each robot, for each listener.
+        heard_state: int64[K, N, 8], the last beacon heard of each robot, for each listener.
         heard_reading: float64[K, N, 4], the reading in it.
         still: int64[K, N], for how many steps a robot has not moved, as far as is known.
         avoided: int64[N, 32, 2], cells that the robot's team gave up, and until which step.

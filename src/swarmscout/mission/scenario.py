@@ -185,7 +185,10 @@ class TeamsScenario(_Section):
         4.0, ge=0.0, le=100.0, description="with 'fan', targets lie this near to the destination …"
     )
     fan_apart_m: float = Field(
-        1.0, ge=0.0, le=100.0, description="… and at least so far from each other"
+        1.0, ge=0.0, le=100.0, description="… at least so far from each other …"
+    )
+    fan_turn_m: float = Field(
+        1.5, ge=0.0, le=100.0, description="… and a turn by a radian counts as so long a way"
     )
 
 

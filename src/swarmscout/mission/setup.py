@@ -25,7 +25,7 @@ from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.routes import Planner
-from swarmscout.robots.bodies import TICKS, Bodies, place_bodies, to_ticks
+from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
 from swarmscout.teams.desired_size import DesiredSizes
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.teams.registry import POLICIES
@@ -212,7 +212,7 @@ def make_destinations(
         rule_name(name),
         seed=scenario.seed,
         robots=scenario.robots,
-        heading_unit_rad=2.0 * math.pi / TICKS,
+        headings=heading_table(),
         forward_m=scenario.body.forward_m,
         reach_m=renewal.reach_m,
         stale_rule=renewal.rule == "stale",
@@ -220,7 +220,7 @@ def make_destinations(
         avoid_steps=renewal.avoid_steps,
         latency_steps=scenario.llm.latency_steps,
         team_position=scenario.teams.position,
-        fan=(scenario.teams.fan_m, scenario.teams.fan_apart_m)
+        fan=(scenario.teams.fan_m, scenario.teams.fan_apart_m, scenario.teams.fan_turn_m)
         if scenario.teams.members == "fan"
         else None,
     )
