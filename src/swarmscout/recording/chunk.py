@@ -26,9 +26,17 @@ if TYPE_CHECKING:
 
 __all__ = ["Chunk", "plain"]
 
+_PLAIN = frozenset({int, str, bool, type(None)})
+_to_json = json.JSONEncoder(sort_keys=True).encode
+
 
 def plain(value: Any) -> Any:
     """A value as plain data for JSON: NumPy numbers and arrays unwrapped, NaN and ∞ as null."""
+    kind = type(value)
+    if kind is float:  # First what is met most: whether something is a Mapping takes longest.
+        return value if math.isfinite(value) else None
+    if kind in _PLAIN:
+        return value
     if isinstance(value, Mapping):
         return {str(key): plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
@@ -74,6 +82,7 @@ class Chunk:
         self._robots = robots
         self._columns = columns
         self._tables = tables
+        self._has = frozenset(tables)
         rows = steps if "steps" in tables else 0
         self._step = np.zeros(steps, dtype=np.int32)
         self._pose = np.empty((rows, robots, 3), dtype=np.float64)
@@ -87,7 +96,7 @@ class Chunk:
         self._evidence = _Rows(4)
         self._link_changes = _Rows(4)
         self._links = np.zeros((robots, robots) if "links" in tables else (0, 0), dtype=np.bool_)
-        self._decisions: list[tuple[Decision, str]] = []
+        self._decisions: list[tuple[Decision, dict[str, Any]]] = []
         self._coverage: list[Mapping[str, float | int]] = []
         self._timing: list[Mapping[str, float]] = []
         # Steps, events, map changes, decisions, evidence and changes of links that count.
@@ -107,7 +116,7 @@ class Chunk:
         at, events, changes, decisions, evidence, link_changes = self._ends
         links = self._links
         self._step[at] = record.step
-        if "steps" in self._tables:
+        if "steps" in self._has:
             self._pose[at] = record.pose
             self._charge[at] = record.charge
             self._codes[0, at] = record.mode
@@ -119,21 +128,21 @@ class Chunk:
             self._small[1, at] = record.desired
             self._small[2, at] = record.destination
             self._small[3, at] = record.target
-        if "events" in self._tables and len(record.events):
+        if "events" in self._has and len(record.events):
             events = self._events.put(events, record.step, *record.events.T)
-        if "map_changes" in self._tables and len(record.map_cells):
+        if "map_changes" in self._has and len(record.map_cells):
             changes = self._changes.put(changes, record.step, record.map_cells, record.map_log_odds)
-        if "evidence" in self._tables and record.evidence is not None:
+        if "evidence" in self._has and record.evidence is not None:
             evidence = self._evidence.put(evidence, record.step, *record.evidence.T)
-        if "links" in self._tables and record.links is not None:
+        if "links" in self._has and record.links is not None:
             links = record.links & ~np.eye(self._robots, dtype=np.bool_)
             listener, speaker = np.nonzero(links != self._links)
             hears = links[listener, speaker].astype(np.int64)
             link_changes = self._link_changes.put(
                 link_changes, record.step, listener, speaker, hears
             )
-        if "decisions" in self._tables and record.decisions:
-            # Details are written down now: a selector may go on using the mapping it gave.
+        if "decisions" in self._has and record.decisions:
+            # Details are copied now: a selector may go on using the mapping it gave.
             told = [(d, _details(d)) for d in record.decisions]
             self._decisions[decisions:] = told
             decisions += len(told)
@@ -238,11 +247,13 @@ class Chunk:
                 d.obstacle_neighbours,
                 # Half a surrogate pair is no text that a file could hold.
                 str(d.reason).encode(errors="replace").decode(),
-                details,
+                _to_json(details) if details else "{}",
             )
             for d, details in self._decisions[: self._ends[3]]
         ]
-        return pl.DataFrame(rows, schema=schema_of("decisions"), orient="row")
+        schema = schema_of("decisions")
+        columns = zip(*rows, strict=True) if rows else ((),) * len(schema)
+        return pl.DataFrame(dict(zip(schema, columns, strict=True)), schema=schema)
 
     def _coverage_frame(self, types: Mapping[str, Any]) -> pl.DataFrame:
         import polars as pl
@@ -268,17 +279,18 @@ class Chunk:
         )
 
 
-def _details(decision: Decision) -> str:
-    """A decision's details as JSON; most have none."""
+def _details(decision: Decision) -> dict[str, Any]:
+    """A decision's details as plain data; most have none."""
     if not decision.details:
-        return "{}"
+        return {}
     try:
-        return json.dumps(plain(decision.details), sort_keys=True)
+        copied: dict[str, Any] = plain(decision.details)
     except RecursionError:
         raise SelectorError(
             f"selector '{decision.selector}' gave details that hold themselves (step "
             f"{decision.step}, robot {decision.leader}); give plain data"
         ) from None
+    return copied
 
 
 def _whole_numbers(table: str, rows: _Rows, end: int) -> pl.DataFrame:

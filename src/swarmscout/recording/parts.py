@@ -5,6 +5,9 @@ A file appears under its name whole or not at all: it is written under a tempora
 for them. When the mission ends, ``coverage.parquet`` replaces its parts: the joined file is put in
 place first and the parts are removed after it, and a reader that finds both takes the joined file.
 So whenever the process is killed, no row is lost with a closed part and none is read twice.
+
+A mission that closes no parts writes all its tables at once, as Arrow streams in one ``tables.zip``:
+of many short missions it is the number of files that costs, and making Parquet of them.
 """
 
 from __future__ import annotations
@@ -12,17 +15,21 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-from collections.abc import Iterable
+import zipfile
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swarmscout.core.errors import RunError
+from swarmscout.recording.archives import zipped
 from swarmscout.recording.tables import empty_table
 
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["join_parts", "read_table", "write_part", "write_table", "write_whole"]
+__all__ = ["has_table", "join_parts", "read_table", "write_part", "write_tables", "write_whole"]
+
+_AT_ONCE = "tables.zip"
 
 
 def write_whole(path: Path, data: bytes, durable: bool = True) -> None:
@@ -41,15 +48,20 @@ def write_whole(path: Path, data: bytes, durable: bool = True) -> None:
         if path.exists() and not path.is_file():
             path.write_bytes(data)  # A device such as /dev/stdout is written to, not replaced.
             return
-        temporary.write_bytes(data)
-        if durable:  # Else a power cut may leave the name without the bytes.
-            with temporary.open("r+b") as file:
-                os.fsync(file.fileno())
+        _fill(temporary, data, durable)
         os.replace(temporary, path)
     except OSError as error:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
         raise RunError(f"cannot write '{path}': {error.strerror or error}") from error
+
+
+def _fill(path: Path, data: bytes, durable: bool) -> None:
+    with open(path, "wb") as file:
+        file.write(data)
+        if durable:  # Else a power cut may leave the name without the bytes.
+            file.flush()
+            os.fsync(file.fileno())
 
 
 def write_part(folder: Path, table: str, part: int, frame: pl.DataFrame) -> None:
@@ -73,13 +85,22 @@ def write_part(folder: Path, table: str, part: int, frame: pl.DataFrame) -> None
         write_whole(file, _parquet(frame), durable=False)
 
 
-def write_table(folder: Path, table: str, frame: pl.DataFrame) -> None:
-    """Write a table whole, as :func:`join_parts` would leave it.
+def write_tables(folder: Path, frames: Mapping[str, pl.DataFrame]) -> None:
+    """Write all tables of a run into one file, in place of parts.
+
+    Args:
+        folder: the run's folder.
+        frames: the tables by their names.
 
     Raises:
-        RunError: the table cannot be written.
+        RunError: the file cannot be written.
     """
-    write_whole(folder / f"{table}.parquet", _parquet(frame))
+    streams = {}
+    for table, frame in frames.items():
+        stream = io.BytesIO()
+        frame.write_ipc_stream(stream, compression="zstd")
+        streams[_stream_name(table)] = stream.getvalue()
+    write_whole(folder / _AT_ONCE, zipped(streams))
 
 
 def join_parts(folder: Path, tables: Iterable[str]) -> None:
@@ -100,14 +121,56 @@ def join_parts(folder: Path, tables: Iterable[str]) -> None:
         remainder.rmdir()
 
 
+def has_table(folder: Path, table: str) -> bool:
+    """Whether a table is there whole: joined, or among the tables that were written at once.
+
+    Raises:
+        RunError: the file of the tables is damaged.
+    """
+    return (folder / f"{table}.parquet").exists() or _stream(folder, table) is not None
+
+
 def read_table(folder: Path, table: str) -> pl.DataFrame:
-    """A table, joined or in parts; without rows when there is neither.
+    """A table, joined, written at once, or in parts; without rows when there is none of these.
 
     Raises:
         RunError: a file of the table is damaged.
     """
     joined = folder / f"{table}.parquet"
-    return _read(joined) if joined.exists() else _read_parts(table, _parts(folder, table))
+    if joined.exists():
+        return _read(joined)
+    stream = _stream(folder, table)
+    return _read_parts(table, _parts(folder, table)) if stream is None else _read_stream(stream)
+
+
+def _stream(folder: Path, table: str) -> bytes | None:
+    """A table among those written at once, as the bytes of its Arrow stream."""
+    path = folder / _AT_ONCE
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise RunError(f"cannot read '{path}': {error.strerror or error}") from None
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as file:
+            name = _stream_name(table)
+            # A damaged stream could end the process that reads it: here its checksum is compared.
+            return file.read(name) if name in file.namelist() else None
+    except Exception:  # Of a damaged archive zipfile raises whatever its parsers do.
+        raise RunError(
+            f"'{path}' is damaged: it is no whole archive (its size is {len(data)} bytes)"
+        ) from None
+
+
+def _stream_name(table: str) -> str:
+    return f"{table}.arrows"
+
+
+def _read_stream(stream: bytes) -> pl.DataFrame:
+    import polars as pl
+
+    return pl.read_ipc_stream(io.BytesIO(stream))
 
 
 def _parts(folder: Path, table: str) -> list[Path]:

@@ -7,7 +7,6 @@ finished; both are renamed into place when all that they promise is there.
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -19,11 +18,12 @@ import numpy as np
 from swarmscout.core.errors import RunError
 from swarmscout.core.recorder import StepRecord
 from swarmscout.mission.scenario_files import scenario_toml
+from swarmscout.recording.archives import npz
 from swarmscout.recording.attempts import Texts
 from swarmscout.recording.chunk import Chunk, plain
 from swarmscout.recording.kept_rules import keep_rules
 from swarmscout.recording.kept_world import keep_world
-from swarmscout.recording.parts import join_parts, write_part, write_table, write_whole
+from swarmscout.recording.parts import join_parts, write_part, write_tables, write_whole
 from swarmscout.recording.run_folder import as_path, claim_folder
 from swarmscout.recording.tables import FORMAT, LEVELS, OWN_MAPS, PART_STEPS, check_level
 
@@ -47,8 +47,8 @@ class RunWriter:
         level: ``full``, ``curves`` or ``summary``: see :data:`swarmscout.recording.tables.LEVELS`.
         whole_world: keep the world's rasters even if the scenario names a world that it could be;
             for a mission that was given a world which differs in its start only.
-        parts: close a part of each table every fifty steps. Without, tables are written once, at
-            the end: quicker, for missions that are run anew should they be killed.
+        parts: close a part of each table every fifty steps. Without, all tables are written once,
+            at the end, into one file: quicker, for missions that are run anew should they be killed.
 
     Raises:
         RunError: the level is unknown.
@@ -157,10 +157,10 @@ class RunWriter:
         self._summary = plain(summary)
         if self.folder is not None:
             origin = np.array([frame.origin_x_m, frame.origin_y_m])
-            packed = io.BytesIO()
-            np.savez_compressed(packed, **self._final_map, origin_m=origin, cell_m=frame.cell_m)
-            write_whole(self.folder / "map.npz", packed.getvalue())
-            join_parts(self.folder, self._tables)
+            packed = npz({**self._final_map, "origin_m": origin, "cell_m": frame.cell_m})
+            write_whole(self.folder / "map.npz", packed)
+            if self._parts:
+                join_parts(self.folder, self._tables)
             write_whole(self.folder / "summary.json", _json(self._summary))
 
     def close(self) -> None:
@@ -174,7 +174,7 @@ class RunWriter:
         if self._mission is None or self._summary is not None:
             return
         self._flush()
-        if self.folder is not None:
+        if self.folder is not None and self._parts:
             join_parts(self.folder, self._tables)
 
     def run(self) -> Run:
@@ -206,14 +206,15 @@ class RunWriter:
             return
         if self._coverage_types is None:
             self._coverage_types = self._chunk.coverage_types()
-        for table, frame in self._chunk.frames(self._coverage_types).items():
-            if self.folder is not None and not self._parts:
-                write_table(self.folder, table, frame)
-            elif self.folder is not None:
+        frames = self._chunk.frames(self._coverage_types)
+        if self.folder is None:
+            for table, frame in frames.items():
+                self._kept.setdefault(table, [])[self._part :] = [frame]
+        elif self._parts:
+            for table, frame in frames.items():
                 write_part(self.folder, table, self._part, frame)
-            else:
-                frames = self._kept.setdefault(table, [])
-                frames[self._part :] = [frame]
+        else:
+            write_tables(self.folder, frames)
         self._part += 1
         self._chunk.clear()
 
