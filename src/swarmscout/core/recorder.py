@@ -2,7 +2,7 @@
 
 A recorder is called once before the first step, once after each step, and once at the end. The
 arrays in a :class:`StepRecord` are the mission's own, read-only by contract and reused in the next
-step: copy what you keep.
+step: copy what you keep. Its dictionaries and its decisions are new in each step.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ for them. When the mission ends, ``coverage.parquet`` replaces its parts: the jo
 place first and the parts are removed after it, and a reader that finds both takes the joined file.
 So whenever the process is killed, no row is lost with a closed part and none is read twice.
 
-A mission that closes no parts writes all its tables at once, as Arrow streams in one ``tables.zip``:
-of many short missions it is the number of files that costs, and making Parquet of them.
+A mission that closes no parts writes all its tables at once, as Arrow streams in ``tables.zip``: of
+many short missions it is the number of files that costs, and making Parquet of them.
 """
 
 from __future__ import annotations

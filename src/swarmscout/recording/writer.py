@@ -48,7 +48,7 @@ class RunWriter:
         whole_world: keep the world's rasters even if the scenario names a world that it could be;
             for a mission that was given a world which differs in its start only.
         parts: close a part of each table every fifty steps. Without, all tables are written once,
-            at the end, into one file: quicker, for missions that are run anew should they be killed.
+            at the end, into one file: quicker, for missions that are run anew if they are killed.
 
     Raises:
         RunError: the level is unknown.
@@ -132,17 +132,16 @@ class RunWriter:
         Raises:
             RunError: a part cannot be written (the steps of earlier parts are kept).
         """
-        if self._chunk is not None:
+        chunk = self._chunk
+        if chunk is not None:
             if record.decisions and "attempts" in self._tables:
                 self._texts.keep_all(record.decisions)
-            if self._chunk.length == self._chunk.capacity:  # An earlier flush did not succeed.
+            if chunk.full:  # An earlier flush did not succeed.
                 self._flush()
-            self._chunk.add(record)
-            self.last_step = record.step
-            if self._chunk.length == self._chunk.capacity:
-                self._flush()
-        else:
-            self.last_step = record.step
+            chunk.add(record)
+        self.last_step = record.step
+        if chunk is not None and chunk.full:
+            self._flush()
 
     def end(self, summary: Mapping[str, Any]) -> None:
         """Finish the run: the last part, the final map, joined tables, and last the summary.
