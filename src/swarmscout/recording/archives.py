@@ -9,30 +9,34 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["npz", "zipped"]
+__all__ = ["array_files", "zipped"]
 
 
-def zipped(files: Mapping[str, bytes], level: int = 0) -> bytes:
+def zipped(files: Mapping[str, bytes], stored: Mapping[str, bytes] | None = None) -> bytes:
     """A zip archive.
 
     Args:
-        files: what is in it, by name.
-        level: 0 stores the files as they are, 1 (quick) to 9 (small) compress them.
+        files: what is in it, by name; compressed quickly rather than well.
+        stored: what is in it as it is, because it is compressed already.
     """
     packed = io.BytesIO()
-    how = zipfile.ZIP_DEFLATED if level else zipfile.ZIP_STORED
     with zipfile.ZipFile(packed, "w") as archive:
+        # A ZipInfo's date is 1980 unless another one is given; a bare name would get today's.
         for name, data in files.items():
-            # A ZipInfo's date is 1980 unless another one is given; a bare name would get today's.
-            archive.writestr(zipfile.ZipInfo(name), data, how, level or None)
+            archive.writestr(zipfile.ZipInfo(name), data, zipfile.ZIP_DEFLATED, compresslevel=1)
+        for name, data in (stored or {}).items():
+            archive.writestr(zipfile.ZipInfo(name), data)
     return packed.getvalue()
 
 
-def npz(arrays: Mapping[str, ArrayLike]) -> bytes:
-    """Arrays as ``numpy.savez_compressed`` writes them, in less than half of its time."""
+def array_files(arrays: Mapping[str, ArrayLike]) -> dict[str, bytes]:
+    """What an archive must hold so that ``numpy.load`` gives arrays by their names.
+
+    ``numpy.savez_compressed`` makes such archives, too, but compresses for twice the time.
+    """
     files = {}
     for name, array in arrays.items():
         file = io.BytesIO()
         np.lib.format.write_array(file, np.asarray(array), allow_pickle=False)
         files[f"{name}.npy"] = file.getvalue()
-    return zipped(files, level=1)
+    return files

@@ -6,8 +6,8 @@ for them. When the mission ends, ``coverage.parquet`` replaces its parts: the jo
 place first and the parts are removed after it, and a reader that finds both takes the joined file.
 So whenever the process is killed, no row is lost with a closed part and none is read twice.
 
-A mission that closes no parts writes all its tables at once, as Arrow streams in ``tables.zip``: of
-many short missions it is the number of files that costs, and making Parquet of them.
+A mission that closes no parts writes all its tables at once, as Arrow streams, into ``data.zip``
+beside its final map: of many short missions it is files that cost, and making Parquet.
 """
 
 from __future__ import annotations
@@ -21,15 +21,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swarmscout.core.errors import RunError
-from swarmscout.recording.archives import zipped
+from swarmscout.recording.archives import array_files, zipped
 from swarmscout.recording.tables import empty_table
 
 if TYPE_CHECKING:
     import polars as pl
+    from numpy.typing import ArrayLike
 
-__all__ = ["has_table", "join_parts", "read_table", "write_part", "write_tables", "write_whole"]
+__all__ = [
+    "AT_ONCE",
+    "has_table",
+    "join_parts",
+    "read_table",
+    "write_at_once",
+    "write_part",
+    "write_whole",
+]
 
-_AT_ONCE = "tables.zip"
+AT_ONCE = "data.zip"
+"""The file of a run that closed no parts: its tables, and the arrays of ``map.npz``."""
 
 
 def write_whole(path: Path, data: bytes, durable: bool = True) -> None:
@@ -85,12 +95,15 @@ def write_part(folder: Path, table: str, part: int, frame: pl.DataFrame) -> None
         write_whole(file, _parquet(frame), durable=False)
 
 
-def write_tables(folder: Path, frames: Mapping[str, pl.DataFrame]) -> None:
-    """Write all tables of a run into one file, in place of parts.
+def write_at_once(
+    folder: Path, frames: Mapping[str, pl.DataFrame], arrays: Mapping[str, ArrayLike]
+) -> None:
+    """Write all that a run holds into one file, in place of parts.
 
     Args:
         folder: the run's folder.
         frames: the tables by their names.
+        arrays: what ``map.npz`` would hold; none when the mission was broken off.
 
     Raises:
         RunError: the file cannot be written.
@@ -100,7 +113,7 @@ def write_tables(folder: Path, frames: Mapping[str, pl.DataFrame]) -> None:
         stream = io.BytesIO()
         frame.write_ipc_stream(stream, compression="zstd")
         streams[_stream_name(table)] = stream.getvalue()
-    write_whole(folder / _AT_ONCE, zipped(streams))
+    write_whole(folder / AT_ONCE, zipped(array_files(arrays), stored=streams))
 
 
 def join_parts(folder: Path, tables: Iterable[str]) -> None:
@@ -145,7 +158,7 @@ def read_table(folder: Path, table: str) -> pl.DataFrame:
 
 def _stream(folder: Path, table: str) -> bytes | None:
     """A table among those written at once, as the bytes of its Arrow stream."""
-    path = folder / _AT_ONCE
+    path = folder / AT_ONCE
     try:
         data = path.read_bytes()
     except FileNotFoundError:
