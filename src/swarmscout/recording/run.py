@@ -293,7 +293,7 @@ class Run:
         if name in OWN_MAPS and not self.own_maps:
             return empty_table(name)
         if self.finished and not there:
-            raise RunError(f"'{self.path / name}.parquet' is missing: the run is damaged")
+            raise RunError(f"run '{self.path}' is damaged: its table '{name}' is missing")
         frame = read_table(self.path, name)
         if self.finished or name == "coverage":
             return frame
