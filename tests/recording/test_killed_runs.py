@@ -17,6 +17,7 @@ import polars as pl
 import pytest
 
 from swarmscout import Run, RunError, RunWriter, Scenario, record_mission
+from swarmscout.recording import parts
 from swarmscout.recording.tables import PART_STEPS, TABLES
 
 KILLS = 20
@@ -107,8 +108,7 @@ def die_at(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int], list[int
 
         monkeypatch.setattr(owner, name, operation)
 
-    write = Path.write_bytes
-    arm(Path, "write_bytes", lambda path, data: write(path, data[: len(data) // 2]))
+    arm(parts, "_fill", lambda path, data, _: path.write_bytes(data[: len(data) // 2]))
     arm(os, "replace", lambda *_: None)
     arm(Path, "unlink", lambda *_: None)
     arm(Path, "rmdir", lambda *_: None)
@@ -190,14 +190,14 @@ def test_closing_may_be_interrupted_and_repeated(
 def test_a_full_disk_keeps_what_was_written(
     tape: Any, finished: Run, empty: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = Path.write_bytes
+    real = parts._fill
 
-    def full(path: Path, data: bytes) -> int:
+    def full(path: Path, data: bytes, durable: bool) -> None:
         if "000002" in path.name:
             raise OSError(28, "No space left on device")
-        return real(path, data)
+        real(path, data, durable)
 
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(parts, "_fill", full)
     with pytest.raises(RunError, match=r"cannot write '.*': No space left on device"):
         tape.play(RunWriter(empty))
     assert_beginning(Run.open(empty), finished, at_least=99)

@@ -122,7 +122,7 @@ def _everything(run: Run) -> None:
         (_cut("steps.parquet"), r"steps\.parquet' is damaged: it is no whole Parquet file"),
         (_cut("coverage.parquet"), r"coverage\.parquet' is damaged"),
         (_text("events.parquet", ""), r"events\.parquet' is damaged"),
-        (_remove("decisions.parquet"), r"decisions\.parquet' is missing: the run is damaged"),
+        (_remove("decisions.parquet"), r"is damaged: its table 'decisions' is missing"),
         (_cut("map.npz"), r"map\.npz' is damaged: it is no map"),
         (_remove("map.npz"), r"map\.npz' is missing"),
         (_cut("summary.json"), r"summary\.json' is damaged: it is no JSON"),

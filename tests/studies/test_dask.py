@@ -98,7 +98,7 @@ def test_a_cluster_loses_nothing(tmp_path, make_study, cluster):
     for mission in local.missions:
         there, here = (s.folder.run(mission.name) for s in (study, local))
         assert Run.open(there).finished
-        assert (there / "coverage.parquet").read_bytes() == (here / "coverage.parquet").read_bytes()
+        assert (there / "data.zip").read_bytes() == (here / "data.zip").read_bytes()
 
 
 @pytest.mark.slow

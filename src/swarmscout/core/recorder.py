@@ -2,7 +2,7 @@
 
 A recorder is called once before the first step, once after each step, and once at the end. The
 arrays in a :class:`StepRecord` are the mission's own, read-only by contract and reused in the next
-step: copy what you keep.
+step: copy what you keep. Its dictionaries and its decisions are new in each step.
 """
 
 from __future__ import annotations
@@ -58,23 +58,46 @@ class Decision:
     attempts: tuple[Attempt, ...] = ()
 
 
+class BodiesNow(Protocol):
+    """What a record shows of :class:`swarmscout.robots.bodies.Bodies`."""
+
+    charge: NDArray[np.float64]
+    alive: NDArray[np.bool_]
+    contact: NDArray[np.int64]
+
+    @property
+    def pose(self) -> NDArray[np.float64]: ...
+
+
+class MindsNow(Protocol):
+    """What a record shows of :class:`swarmscout.minds.minds.Minds`."""
+
+    @property
+    def mode(self) -> NDArray[np.int64]: ...
+    @property
+    def team(self) -> NDArray[np.int64]: ...
+    @property
+    def leader(self) -> NDArray[np.int64]: ...
+    @property
+    def desired(self) -> NDArray[np.int64]: ...
+    @property
+    def destination(self) -> NDArray[np.int64]: ...
+    @property
+    def target(self) -> NDArray[np.int64]: ...
+
+
 @dataclass(slots=True)
 class StepRecord:
     """What happened in one step.
 
+    What is known of each robot is made when it is asked for: a recorder that keeps curves alone
+    does not pay for poses.
+
     Attributes:
         step: 1 for the first step; 0 is the state before it.
-        pose: float64[N, 3]: true x_m, y_m, heading_rad after the step.
-        charge: float64[N]: charge left, as a fraction of the capacity.
-        mode: int64[N], codes ``MODES``.
+        bodies, minds: the mission's own, as they are after the step. Read the properties instead.
+        capacity_steps: a full battery, in steps.
         action: int64[N], codes ``ACTIONS``: what each robot did in the step.
-        contact: int64[N]: 0 none, 1 wall, 2 robot (a forward move that was not made).
-        alive: bool[N]: False for a stranded robot.
-        team: int64[N] team ids.
-        leader: int64[N] robot indices.
-        desired: int64[N] desired team sizes.
-        destination: int64[N] flat map cells, or -1.
-        target: int64[N], the cells that robots drive to themselves: see ``teams.members``.
         events: int64[k, 4] rows of (kind, robot, other, value), see ``core.codes``.
         map_cells: int64[m] flat map cells whose log-odds, as read, changed in the step (of the
             map that the swarm as a whole has).
@@ -88,17 +111,10 @@ class StepRecord:
     """
 
     step: int
-    pose: NDArray[np.float64]
-    charge: NDArray[np.float64]
-    mode: NDArray[np.int64]
+    bodies: BodiesNow
+    minds: MindsNow
+    capacity_steps: int
     action: NDArray[np.int64]
-    contact: NDArray[np.int64]
-    alive: NDArray[np.bool_]
-    team: NDArray[np.int64]
-    leader: NDArray[np.int64]
-    desired: NDArray[np.int64]
-    destination: NDArray[np.int64]
-    target: NDArray[np.int64]
     events: NDArray[np.int64]
     map_cells: NDArray[np.int64]
     map_log_odds: NDArray[np.int64]
@@ -107,6 +123,56 @@ class StepRecord:
     seconds: dict[str, float]
     evidence: NDArray[np.int64] | None = None
     links: NDArray[np.bool_] | None = None
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """float64[N, 3]: true x_m, y_m, heading_rad after the step."""
+        return self.bodies.pose
+
+    @property
+    def charge(self) -> NDArray[np.float64]:
+        """float64[N]: charge left, as a fraction of the capacity."""
+        return self.bodies.charge / self.capacity_steps
+
+    @property
+    def contact(self) -> NDArray[np.int64]:
+        """int64[N]: 0 none, 1 wall, 2 robot (a forward move that was not made)."""
+        return self.bodies.contact
+
+    @property
+    def alive(self) -> NDArray[np.bool_]:
+        """bool[N]: False for a stranded robot."""
+        return self.bodies.alive
+
+    @property
+    def mode(self) -> NDArray[np.int64]:
+        """int64[N], codes ``MODES``."""
+        return self.minds.mode
+
+    @property
+    def team(self) -> NDArray[np.int64]:
+        """int64[N] team ids."""
+        return self.minds.team
+
+    @property
+    def leader(self) -> NDArray[np.int64]:
+        """int64[N] robot indices."""
+        return self.minds.leader
+
+    @property
+    def desired(self) -> NDArray[np.int64]:
+        """int64[N] desired team sizes."""
+        return self.minds.desired
+
+    @property
+    def destination(self) -> NDArray[np.int64]:
+        """int64[N] flat map cells, or -1."""
+        return self.minds.destination
+
+    @property
+    def target(self) -> NDArray[np.int64]:
+        """int64[N], the cells that robots drive to themselves: see ``teams.members``."""
+        return self.minds.target
 
 
 class Recorder(Protocol):

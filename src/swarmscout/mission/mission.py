@@ -339,20 +339,12 @@ class Mission:
         log_odds: NDArray[np.int64],
         seconds: dict[str, float],
     ) -> StepRecord:
-        minds, bodies = self.minds, self.bodies
         return StepRecord(
             step=self.step_number,
-            pose=bodies.pose,
-            charge=bodies.charge / self.scenario.battery.capacity_steps,
-            mode=minds.mode,
+            bodies=self.bodies,
+            minds=self.minds,
+            capacity_steps=self.scenario.battery.capacity_steps,
             action=self.action,
-            contact=bodies.contact,
-            alive=bodies.alive,
-            team=minds.team,
-            leader=minds.leader,
-            desired=minds.desired,
-            destination=minds.destination,
-            target=minds.target,
             events=self.events[: self._count[0]],
             map_cells=cells,
             map_log_odds=log_odds,

@@ -1,16 +1,18 @@
-"""A chunk: the rows of up to fifty steps, copied out of the mission into arrays made beforehand.
+"""A chunk: the rows of up to fifty steps, copied out of the mission.
 
-A step costs a dozen array copies and no Python object per row; the tables are made of whole arrays
-when the chunk is closed. What a step adds counts only from the last line of :meth:`Chunk.add` on,
-so an interrupt in the middle of it leaves the chunk as it was before the step.
+What there is a row of for each robot, event or cell is copied into arrays made beforehand: a dozen
+copies a step, and no Python object per row. What there is once a step is kept as it came. Tables
+are made of the whole when the chunk is closed. A step counts only from the last line of
+:meth:`Chunk.add` on, so an interrupt in the middle of it leaves the chunk as it was before.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import chain
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +28,17 @@ if TYPE_CHECKING:
 
 __all__ = ["Chunk", "plain"]
 
+_PLAIN = frozenset({int, str, bool, type(None)})
+_to_json = json.JSONEncoder(sort_keys=True).encode
+
 
 def plain(value: Any) -> Any:
     """A value as plain data for JSON: NumPy numbers and arrays unwrapped, NaN and ∞ as null."""
+    kind = type(value)
+    if kind is float:  # First what is met most: whether something is a Mapping takes longest.
+        return value if math.isfinite(value) else None
+    if kind in _PLAIN:
+        return value
     if isinstance(value, Mapping):
         return {str(key): plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
@@ -59,6 +69,28 @@ class _Rows:
         return end
 
 
+class _Ends(NamedTuple):
+    """How many rows count of what has any number of them in a step."""
+
+    events: int = 0
+    changes: int = 0
+    evidence: int = 0
+    link_changes: int = 0
+
+
+class _Step(NamedTuple):
+    """What is kept of a step beside its rows in arrays."""
+
+    step: int
+    coverage: Mapping[str, float | int]
+    seconds: Mapping[str, float]
+    decisions: Sequence[tuple[Decision, dict[str, Any]]]
+    ends: _Ends
+
+
+_NO_ROWS = _Ends()
+
+
 class Chunk:
     """Room for the rows of some steps.
 
@@ -70,12 +102,12 @@ class Chunk:
     """
 
     def __init__(self, robots: int, steps: int, columns: int, tables: tuple[str, ...]) -> None:
-        self.capacity = steps
+        self._capacity = steps
         self._robots = robots
         self._columns = columns
         self._tables = tables
+        self._has_arrays = bool({*tables} - {"decisions", "attempts", "timing", "coverage"})
         rows = steps if "steps" in tables else 0
-        self._step = np.zeros(steps, dtype=np.int32)
         self._pose = np.empty((rows, robots, 3), dtype=np.float64)
         self._charge = np.empty((rows, robots), dtype=np.float64)
         self._codes = np.empty((3, rows, robots), dtype=np.uint8)
@@ -87,27 +119,40 @@ class Chunk:
         self._evidence = _Rows(4)
         self._link_changes = _Rows(4)
         self._links = np.zeros((robots, robots) if "links" in tables else (0, 0), dtype=np.bool_)
-        self._decisions: list[tuple[Decision, str]] = []
-        self._coverage: list[Mapping[str, float | int]] = []
-        self._timing: list[Mapping[str, float]] = []
-        # Steps, events, map changes, decisions, evidence and changes of links that count.
-        self._ends = (0, 0, 0, 0, 0, 0)
+        self._steps: list[_Step] = []
 
     @property
     def length(self) -> int:
         """Steps in the chunk."""
-        return self._ends[0]
+        return len(self._steps)
+
+    @property
+    def full(self) -> bool:
+        """Whether no further step fits."""
+        return len(self._steps) == self._capacity
 
     def clear(self) -> None:
         """Forget all rows; the arrays are used again."""
-        self._ends = (0, 0, 0, 0, 0, 0)
+        self._steps = []
 
     def add(self, record: StepRecord) -> None:
-        """Copy one step."""
-        at, events, changes, decisions, evidence, link_changes = self._ends
-        links = self._links
-        self._step[at] = record.step
-        if "steps" in self._tables:
+        """Keep one step."""
+        ends, links = _NO_ROWS, self._links
+        if self._has_arrays:
+            ends, links = self._copy(record)
+        told: Sequence[tuple[Decision, dict[str, Any]]] = ()
+        if record.decisions:
+            # Details are copied now: a selector may go on using the mapping it gave.
+            told = [(decision, _details(decision)) for decision in record.decisions]
+        step = _Step(record.step, record.coverage, record.seconds, told, ends)
+        self._links = links
+        self._steps.append(step)
+
+    def _copy(self, record: StepRecord) -> tuple[_Ends, NDArray[np.bool_]]:
+        """Copy a step's rows behind those that count; return where they end, and its links."""
+        at, tables, links = len(self._steps), self._tables, self._links
+        events, changes, evidence, link_changes = self._ends
+        if "steps" in tables:
             self._pose[at] = record.pose
             self._charge[at] = record.charge
             self._codes[0, at] = record.mode
@@ -119,28 +164,30 @@ class Chunk:
             self._small[1, at] = record.desired
             self._small[2, at] = record.destination
             self._small[3, at] = record.target
-        if "events" in self._tables and len(record.events):
+        if "events" in tables and len(record.events):
             events = self._events.put(events, record.step, *record.events.T)
-        if "map_changes" in self._tables and len(record.map_cells):
+        if "map_changes" in tables and len(record.map_cells):
             changes = self._changes.put(changes, record.step, record.map_cells, record.map_log_odds)
-        if "evidence" in self._tables and record.evidence is not None:
+        if "evidence" in tables and record.evidence is not None:
             evidence = self._evidence.put(evidence, record.step, *record.evidence.T)
-        if "links" in self._tables and record.links is not None:
+        if "links" in tables and record.links is not None:
             links = record.links & ~np.eye(self._robots, dtype=np.bool_)
             listener, speaker = np.nonzero(links != self._links)
             hears = links[listener, speaker].astype(np.int64)
             link_changes = self._link_changes.put(
                 link_changes, record.step, listener, speaker, hears
             )
-        if "decisions" in self._tables and record.decisions:
-            # Details are written down now: a selector may go on using the mapping it gave.
-            told = [(d, _details(d)) for d in record.decisions]
-            self._decisions[decisions:] = told
-            decisions += len(told)
-        self._coverage[at:] = [dict(record.coverage)]
-        self._timing[at:] = [dict(record.seconds)]
-        self._links = links
-        self._ends = (at + 1, events, changes, decisions, evidence, link_changes)
+        return _Ends(events, changes, evidence, link_changes), links
+
+    @property
+    def _ends(self) -> _Ends:
+        return self._steps[-1].ends if self._steps else _NO_ROWS
+
+    def _told(self) -> Iterator[tuple[Decision, dict[str, Any]]]:
+        return chain.from_iterable(step.decisions for step in self._steps)
+
+    def _step_column(self) -> NDArray[np.int32]:
+        return np.array([step.step for step in self._steps], dtype=np.int32)
 
     def frames(self, coverage_types: Mapping[str, Any]) -> dict[str, pl.DataFrame]:
         """The chunk as tables.
@@ -153,12 +200,12 @@ class Chunk:
         """
         make: dict[str, Callable[[], pl.DataFrame]] = {
             "steps": self._steps_frame,
-            "map_changes": lambda: _whole_numbers("map_changes", self._changes, self._ends[2]),
-            "evidence": lambda: _whole_numbers("evidence", self._evidence, self._ends[4]),
-            "links": lambda: _whole_numbers("links", self._link_changes, self._ends[5]),
+            "map_changes": lambda: _whole_numbers("map_changes", self._changes, self._ends.changes),
+            "evidence": lambda: _whole_numbers("evidence", self._evidence, self._ends.evidence),
+            "links": lambda: _whole_numbers("links", self._link_changes, self._ends.link_changes),
             "decisions": self._decisions_frame,
             "attempts": lambda: attempts_frame(
-                (d for d, _ in self._decisions[: self._ends[3]]), self._columns
+                (decision for decision, _ in self._told()), self._columns
             ),
             "events": self._events_frame,
             "timing": self._timing_frame,
@@ -175,19 +222,17 @@ class Chunk:
 
         return {
             name: pl.Int64 if isinstance(value, int | np.integer) else pl.Float64
-            for name, value in self._coverage[0].items()
+            for name, value in self._steps[0].coverage.items()
         }
 
     def _steps_frame(self) -> pl.DataFrame:
-        import polars as pl
-
         n = self.length
         codes = self._codes[:, :n].reshape(3, -1)
         small = self._small[:, :n].reshape(4, -1)
         pose = self._pose[:n].reshape(-1, 3)
-        return pl.DataFrame(
+        return _frame(
             {
-                "step": np.repeat(self._step[:n], self._robots),
+                "step": np.repeat(self._step_column(), self._robots),
                 "robot": np.tile(np.arange(self._robots, dtype=np.int32), n),
                 "x_m": np.ascontiguousarray(pose[:, 0]),
                 "y_m": np.ascontiguousarray(pose[:, 1]),
@@ -203,14 +248,12 @@ class Chunk:
                 "destination": small[2].copy(),
                 "target": small[3].copy(),
             },
-            schema=schema_of("steps"),
+            schema_of("steps"),
         )
 
     def _events_frame(self) -> pl.DataFrame:
-        import polars as pl
-
-        rows = self._events.array[: self._ends[1]]
-        return pl.DataFrame(
+        rows = self._events.array[: self._ends.events]
+        return _frame(
             {
                 "step": rows[:, 0].astype(np.int32),
                 "kind": words(rows[:, 1], EVENTS),
@@ -218,12 +261,10 @@ class Chunk:
                 "other": rows[:, 3].astype(np.int32),
                 "value": rows[:, 4].copy(),
             },
-            schema=schema_of("events"),
+            schema_of("events"),
         )
 
     def _decisions_frame(self) -> pl.DataFrame:
-        import polars as pl
-
         rows = [
             (
                 d.step,
@@ -238,57 +279,57 @@ class Chunk:
                 d.obstacle_neighbours,
                 # Half a surrogate pair is no text that a file could hold.
                 str(d.reason).encode(errors="replace").decode(),
-                details,
+                _to_json(details) if details else "{}",
             )
-            for d, details in self._decisions[: self._ends[3]]
+            for d, details in self._told()
         ]
-        return pl.DataFrame(rows, schema=schema_of("decisions"), orient="row")
+        schema = schema_of("decisions")
+        columns = zip(*rows, strict=True) if rows else ((),) * len(schema)
+        return _frame(dict(zip(schema, columns, strict=True)), schema)
 
     def _coverage_frame(self, types: Mapping[str, Any]) -> pl.DataFrame:
-        import polars as pl
-
-        rows = self._coverage[: self.length]
+        rows = [step.coverage for step in self._steps]
         columns = {name: [row[name] for row in rows] for name in types}
-        return pl.DataFrame(
-            {"step": self._step[: self.length].copy(), **columns},
-            schema={**schema_of("coverage"), **types},
-        )
+        schema = {**schema_of("coverage"), **types}
+        return _frame({"step": self._step_column(), **columns}, schema)
 
     def _timing_frame(self) -> pl.DataFrame:
         import polars as pl
 
-        rows = self._timing[: self.length]
+        rows = [step.seconds for step in self._steps]
         names = list(dict.fromkeys(name for row in rows for name in row))
-        return pl.DataFrame(
-            {
-                "step": self._step[: self.length].copy(),
-                **{f"{name}_s": [row.get(name) for row in rows] for name in names},
-            },
-            schema={**schema_of("timing"), **{f"{name}_s": pl.Float64 for name in names}},
-        )
+        columns = {f"{name}_s": [row.get(name) for row in rows] for name in names}
+        schema = {**schema_of("timing"), **dict.fromkeys(columns, pl.Float64)}
+        return _frame({"step": self._step_column(), **columns}, schema)
 
 
-def _details(decision: Decision) -> str:
-    """A decision's details as JSON; most have none."""
+def _frame(columns: Mapping[str, Any], schema: Mapping[str, Any]) -> pl.DataFrame:
+    """A table; made of single columns, since a frame looks twice at whatever else it is given."""
+    import polars as pl
+
+    return pl.DataFrame([pl.Series(name, columns[name], dtype=schema[name]) for name in schema])
+
+
+def _details(decision: Decision) -> dict[str, Any]:
+    """A decision's details as plain data; most have none."""
     if not decision.details:
-        return "{}"
+        return {}
     try:
-        return json.dumps(plain(decision.details), sort_keys=True)
+        copied: dict[str, Any] = plain(decision.details)
     except RecursionError:
         raise SelectorError(
             f"selector '{decision.selector}' gave details that hold themselves (step "
             f"{decision.step}, robot {decision.leader}); give plain data"
         ) from None
+    return copied
 
 
 def _whole_numbers(table: str, rows: _Rows, end: int) -> pl.DataFrame:
-    import polars as pl
-
     schema = schema_of(table)
-    return pl.DataFrame(
+    return _frame(
         {
             name: rows.array[:end, i].astype(np.bool_ if name == "hears" else np.int32)
             for i, name in enumerate(schema)
         },
-        schema=schema,
+        schema,
     )

@@ -5,6 +5,10 @@ A file appears under its name whole or not at all: it is written under a tempora
 for them. When the mission ends, ``coverage.parquet`` replaces its parts: the joined file is put in
 place first and the parts are removed after it, and a reader that finds both takes the joined file.
 So whenever the process is killed, no row is lost with a closed part and none is read twice.
+
+A mission that closes no parts writes all its tables at once, as Arrow streams, into ``data.zip``
+beside its final map: of many short missions it is files that cost, and making Parquet. What a clock
+measured is apart, in ``timing.zip``, so that all other files of two equal missions are the same.
 """
 
 from __future__ import annotations
@@ -12,17 +16,33 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-from collections.abc import Iterable
+import zipfile
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swarmscout.core.errors import RunError
+from swarmscout.recording.archives import array_files, zipped
 from swarmscout.recording.tables import empty_table
 
 if TYPE_CHECKING:
     import polars as pl
+    from numpy.typing import ArrayLike
 
-__all__ = ["join_parts", "read_table", "write_part", "write_table", "write_whole"]
+__all__ = [
+    "AT_ONCE",
+    "has_table",
+    "join_parts",
+    "read_table",
+    "write_at_once",
+    "write_part",
+    "write_whole",
+]
+
+AT_ONCE = "data.zip"
+"""The file of a run that closed no parts: its tables, and the arrays of ``map.npz``."""
+
+_TIMING = "timing.zip"
 
 
 def write_whole(path: Path, data: bytes, durable: bool = True) -> None:
@@ -41,15 +61,20 @@ def write_whole(path: Path, data: bytes, durable: bool = True) -> None:
         if path.exists() and not path.is_file():
             path.write_bytes(data)  # A device such as /dev/stdout is written to, not replaced.
             return
-        temporary.write_bytes(data)
-        if durable:  # Else a power cut may leave the name without the bytes.
-            with temporary.open("r+b") as file:
-                os.fsync(file.fileno())
+        _fill(temporary, data, durable)
         os.replace(temporary, path)
     except OSError as error:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
         raise RunError(f"cannot write '{path}': {error.strerror or error}") from error
+
+
+def _fill(path: Path, data: bytes, durable: bool) -> None:
+    with open(path, "wb") as file:
+        file.write(data)
+        if durable:  # Else a power cut may leave the name without the bytes.
+            file.flush()
+            os.fsync(file.fileno())
 
 
 def write_part(folder: Path, table: str, part: int, frame: pl.DataFrame) -> None:
@@ -73,13 +98,28 @@ def write_part(folder: Path, table: str, part: int, frame: pl.DataFrame) -> None
         write_whole(file, _parquet(frame), durable=False)
 
 
-def write_table(folder: Path, table: str, frame: pl.DataFrame) -> None:
-    """Write a table whole, as :func:`join_parts` would leave it.
+def write_at_once(
+    folder: Path, frames: Mapping[str, pl.DataFrame], arrays: Mapping[str, ArrayLike]
+) -> None:
+    """Write all that a run holds at once, in place of parts.
+
+    Args:
+        folder: the run's folder.
+        frames: the tables by their names.
+        arrays: what ``map.npz`` would hold; none when the mission was broken off.
 
     Raises:
-        RunError: the table cannot be written.
+        RunError: a file cannot be written.
     """
-    write_whole(folder / f"{table}.parquet", _parquet(frame))
+    streams = {}
+    for table, frame in frames.items():
+        stream = io.BytesIO()
+        frame.write_ipc_stream(stream, compression="zstd")
+        streams[_stream_name(table)] = stream.getvalue()
+    measured = streams.pop(_stream_name("timing"), None)
+    if measured is not None:
+        write_whole(folder / _TIMING, zipped({}, stored={_stream_name("timing"): measured}))
+    write_whole(folder / AT_ONCE, zipped(array_files(arrays), stored=streams))
 
 
 def join_parts(folder: Path, tables: Iterable[str]) -> None:
@@ -100,14 +140,65 @@ def join_parts(folder: Path, tables: Iterable[str]) -> None:
         remainder.rmdir()
 
 
+def has_table(folder: Path, table: str) -> bool:
+    """Whether a table is there whole: joined, or among the tables that were written at once.
+
+    Raises:
+        RunError: the file of the tables is damaged.
+    """
+    return (folder / f"{table}.parquet").exists() or _stream(folder, table) is not None
+
+
 def read_table(folder: Path, table: str) -> pl.DataFrame:
-    """A table, joined or in parts; without rows when there is neither.
+    """A table, joined, written at once, or in parts; without rows when there is none of these.
 
     Raises:
         RunError: a file of the table is damaged.
     """
     joined = folder / f"{table}.parquet"
-    return _read(joined) if joined.exists() else _read_parts(table, _parts(folder, table))
+    if joined.exists():
+        return _read(joined)
+    stream = _stream(folder, table)
+    if stream is None:
+        return _read_parts(table, _parts(folder, table))
+    return _read_stream(_archive(folder, table), table, stream)
+
+
+def _stream(folder: Path, table: str) -> bytes | None:
+    """A table among those written at once, as the bytes of its Arrow stream."""
+    path = _archive(folder, table)
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise RunError(f"cannot read '{path}': {error.strerror or error}") from None
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as file:
+            name = _stream_name(table)
+            # A damaged stream could end the process that reads it: here its checksum is compared.
+            return file.read(name) if name in file.namelist() else None
+    except Exception:  # Of a damaged archive zipfile raises whatever its parsers do.
+        raise RunError(
+            f"'{path}' is damaged: it is no whole archive (its size is {len(data)} bytes)"
+        ) from None
+
+
+def _archive(folder: Path, table: str) -> Path:
+    return folder / (_TIMING if table == "timing" else AT_ONCE)
+
+
+def _stream_name(table: str) -> str:
+    return f"{table}.arrows"
+
+
+def _read_stream(path: Path, table: str, stream: bytes) -> pl.DataFrame:
+    import polars as pl
+
+    try:
+        return pl.read_ipc_stream(io.BytesIO(stream))
+    except (OSError, pl.exceptions.PolarsError):
+        raise RunError(f"'{path}' is damaged: its '{table}' is no table") from None
 
 
 def _parts(folder: Path, table: str) -> list[Path]:

@@ -22,7 +22,7 @@ from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.recording.attempts import TEXTS
 from swarmscout.recording.kept_world import give_world_back
 from swarmscout.recording.own_maps import check_robot, own_maps_of
-from swarmscout.recording.parts import read_table
+from swarmscout.recording.parts import AT_ONCE, has_table, read_table
 from swarmscout.recording.run_folder import as_path
 from swarmscout.recording.tables import FORMAT, LEVELS, OWN_MAPS, empty_table
 from swarmscout.worlds.footing import pitch_and_roll, stand
@@ -287,13 +287,13 @@ class Run:
             frames = self._in_memory.get(name, [])
             how: Any = "diagonal" if name == "timing" else "vertical"
             return pl.concat(frames, how=how, rechunk=True) if frames else empty_table(name)
-        there = (self.path / f"{name}.parquet").exists()
+        there = has_table(self.path, name)
         if name == "attempts" and not there and not (self.path / TEXTS).exists():
             return empty_table(name)  # Nobody was asked, or the run is older than the table.
         if name in OWN_MAPS and not self.own_maps:
             return empty_table(name)
         if self.finished and not there:
-            raise RunError(f"'{self.path / f'{name}.parquet'}' is missing: the run is damaged")
+            raise RunError(f"run '{self.path}' is damaged: its table '{name}' is missing")
         frame = read_table(self.path, name)
         if self.finished or name == "coverage":
             return frame
@@ -303,7 +303,9 @@ class Run:
     def _read_final_map(self) -> NDArray[np.int32]:
         if self._final_map is None:
             assert self.path is not None
-            file = self.path / "map.npz"
+            file, at_once = self.path / "map.npz", self.path / AT_ONCE
+            if at_once.exists():
+                file = at_once
             try:
                 data = file.read_bytes()
             except FileNotFoundError:

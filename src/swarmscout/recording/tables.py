@@ -7,6 +7,7 @@ starts without it.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from swarmscout.core.codes import ACTIONS, CAUSES, EVENTS, MODES
@@ -78,6 +79,7 @@ def check_level(level: str) -> str:
     return level
 
 
+@cache
 def schema_of(table: str) -> dict[str, Any]:
     """Columns and Polars types of a table, as far as they are fixed.
 
@@ -86,6 +88,9 @@ def schema_of(table: str) -> dict[str, Any]:
 
     Args:
         table: one of :data:`TABLES`.
+
+    Returns:
+        Column names and types; the same object for everybody, so do not write into it.
     """
     import polars as pl
 

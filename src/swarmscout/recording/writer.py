@@ -7,7 +7,6 @@ finished; both are renamed into place when all that they promise is there.
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -19,11 +18,12 @@ import numpy as np
 from swarmscout.core.errors import RunError
 from swarmscout.core.recorder import StepRecord
 from swarmscout.mission.scenario_files import scenario_toml
+from swarmscout.recording.archives import array_files, zipped
 from swarmscout.recording.attempts import Texts
 from swarmscout.recording.chunk import Chunk, plain
 from swarmscout.recording.kept_rules import keep_rules
 from swarmscout.recording.kept_world import keep_world
-from swarmscout.recording.parts import join_parts, write_part, write_table, write_whole
+from swarmscout.recording.parts import join_parts, write_at_once, write_part, write_whole
 from swarmscout.recording.run_folder import as_path, claim_folder
 from swarmscout.recording.tables import FORMAT, LEVELS, OWN_MAPS, PART_STEPS, check_level
 
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     import polars as pl
 
     from swarmscout.mission.mission import Mission
+    from swarmscout.mission.scenario import Scenario
     from swarmscout.recording.run import Run
+    from swarmscout.worlds.world import World
 
 __all__ = ["RunWriter"]
 
@@ -47,8 +49,9 @@ class RunWriter:
         level: ``full``, ``curves`` or ``summary``: see :data:`swarmscout.recording.tables.LEVELS`.
         whole_world: keep the world's rasters even if the scenario names a world that it could be;
             for a mission that was given a world which differs in its start only.
-        parts: close a part of each table every fifty steps. Without, tables are written once, at
-            the end: quicker, for missions that are run anew should they be killed.
+        parts: close a part of each table every fifty steps. Without, tables and final map are
+            written at the end, into one file: quicker, for missions that are run anew when they
+            are killed.
 
     Raises:
         RunError: the level is unknown.
@@ -75,6 +78,8 @@ class RunWriter:
         self._whole_world = whole_world
         self._parts = parts
         self._tables = LEVELS[level]
+        self._scenario: Scenario | None = None
+        self._world: World | None = None
         self._mission: Mission | None = None
         self._facts: dict[str, Any] = {}
         self._chunk: Chunk | None = None
@@ -91,7 +96,7 @@ class RunWriter:
         Raises:
             RunError: the folder is not empty or cannot be written, or the writer was used before.
         """
-        if self._mission is not None:
+        if self._scenario is not None:
             raise RunError("a RunWriter keeps one mission: make a new one for the next mission")
         frame = mission.frame
         if mission.asker is None:
@@ -124,7 +129,7 @@ class RunWriter:
             write_whole(self.folder / "scenario.toml", text.encode())
             write_whole(self.folder / "run.json", _json({**self._facts, "world": kept}))
         self._texts = Texts(self.folder)
-        self._mission = mission
+        self._scenario, self._world, self._mission = mission.scenario, mission.world, mission
 
     def record(self, record: StepRecord) -> None:
         """Keep one step.
@@ -132,17 +137,16 @@ class RunWriter:
         Raises:
             RunError: a part cannot be written (the steps of earlier parts are kept).
         """
-        if self._chunk is not None:
+        chunk = self._chunk
+        if chunk is not None:
             if record.decisions and "attempts" in self._tables:
                 self._texts.keep_all(record.decisions)
-            if self._chunk.length == self._chunk.capacity:  # An earlier flush did not succeed.
+            if chunk.full:  # An earlier flush did not succeed.
                 self._flush()
-            self._chunk.add(record)
-            self.last_step = record.step
-            if self._chunk.length == self._chunk.capacity:
-                self._flush()
-        else:
-            self.last_step = record.step
+            chunk.add(record)
+        self.last_step = record.step
+        if chunk is not None and chunk.full:
+            self._flush()
 
     def end(self, summary: Mapping[str, Any]) -> None:
         """Finish the run: the last part, the final map, joined tables, and last the summary.
@@ -157,11 +161,10 @@ class RunWriter:
         self._summary = plain(summary)
         if self.folder is not None:
             origin = np.array([frame.origin_x_m, frame.origin_y_m])
-            packed = io.BytesIO()
-            np.savez_compressed(packed, **self._final_map, origin_m=origin, cell_m=frame.cell_m)
-            write_whole(self.folder / "map.npz", packed.getvalue())
-            join_parts(self.folder, self._tables)
+            self._write_data({**self._final_map, "origin_m": origin, "cell_m": frame.cell_m})
             write_whole(self.folder / "summary.json", _json(self._summary))
+        # Mission and writer hold each other: let go, so that many megabytes need no collector.
+        self._mission = None
 
     def close(self) -> None:
         """Keep what was recorded of a mission that was broken off; harmless after :meth:`end`.
@@ -175,7 +178,7 @@ class RunWriter:
             return
         self._flush()
         if self.folder is not None:
-            join_parts(self.folder, self._tables)
+            self._write_data({})
 
     def run(self) -> Run:
         """The run, as far as it is recorded.
@@ -185,15 +188,15 @@ class RunWriter:
         """
         from swarmscout.recording.run import Run
 
-        if self._mission is None:
+        if self._scenario is None or self._world is None:
             raise RunError("nothing is recorded yet: no mission has begun")
         if self.folder is not None:
             return Run.open(self.folder)
         self._flush()
         return Run.in_memory(
-            scenario=self._mission.scenario,
+            scenario=self._scenario,
             facts=self._facts,
-            world=self._mission.world,
+            world=self._world,
             summary=self._summary,
             tables=self._kept,
             texts=self._texts.kept,
@@ -207,15 +210,23 @@ class RunWriter:
         if self._coverage_types is None:
             self._coverage_types = self._chunk.coverage_types()
         for table, frame in self._chunk.frames(self._coverage_types).items():
-            if self.folder is not None and not self._parts:
-                write_table(self.folder, table, frame)
-            elif self.folder is not None:
+            if self.folder is not None and self._parts:
                 write_part(self.folder, table, self._part, frame)
             else:
                 frames = self._kept.setdefault(table, [])
                 frames[self._part :] = [frame]
         self._part += 1
         self._chunk.clear()
+
+    def _write_data(self, final_map: Mapping[str, Any]) -> None:
+        """Give the tables, and the final map if there is one, the files in which they stay."""
+        assert self.folder is not None
+        if not self._parts:  # All steps were one chunk.
+            write_at_once(self.folder, {t: f[0] for t, f in self._kept.items()}, final_map)
+            return
+        if final_map:
+            write_whole(self.folder / "map.npz", zipped(array_files(final_map)))
+        join_parts(self.folder, self._tables)
 
 
 def _written_by() -> dict[str, Any]:
