@@ -110,7 +110,7 @@ class DaskEngine:
         self._width = 1
         self._asked = float("-inf")
         # What goes wrong is said by us, in one line; Dask would log every lost connection.
-        for name in ("distributed", "distributed.client"):
+        for name in ("distributed", "distributed.client", "tornado.application", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
             self._client = Client(scheduler, timeout=5, set_as_default=False)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import time
 import traceback
 import uuid
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from swarmscout.core.errors import RunError, SwarmscoutError
@@ -72,6 +73,7 @@ def carry_out(task: Task) -> Outcome:
     except Exception as error:
         line = f"{type(error).__name__}: {error}"
         return Outcome(task.name, " ".join(line.split()), traceback.format_exc())
+    _settle()
     return Outcome(task.name, explored_m2=explored_m2, seconds=seconds)
 
 
@@ -97,6 +99,17 @@ def _run(task: Task, final: Path) -> tuple[float, float]:
         if part.exists():
             shutil.rmtree(part, ignore_errors=True)
     return float(summary["explored_m2"]), seconds
+
+
+@cache
+def _settle() -> None:
+    """After its first mission a worker has loaded what it needs: no need to look at it again.
+
+    Libraries and compiled code are half a million objects. The garbage collector goes through all
+    of them whenever a few missions have kept enough rows, which took a tenth of a worker's time.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 @lru_cache(maxsize=8)
