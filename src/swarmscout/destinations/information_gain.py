@@ -30,8 +30,8 @@ class InformationGain:
         so it is local as it stands; A counts cells in a disc in place of cast rays.
     """
 
-    reach_m: float = 1.4
-    decay_per_m: float = 0.75
+    reach_m: float = 1.9
+    decay_per_m: float = 0.33
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

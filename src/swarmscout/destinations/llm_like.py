@@ -34,10 +34,10 @@ class LlmLike:
         Decentralized as the paper's LLM is: each leader scores by what it has heard.
     """
 
-    apart_m: float = 19.0
-    shyness_m: float = 5.2
-    frontier_m: float = 0.15
-    obstacle_m: float = 4.9
+    apart_m: float = 25.0
+    shyness_m: float = 17.0
+    frontier_m: float = 0.098
+    obstacle_m: float = 7.6
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

@@ -88,17 +88,17 @@ class MultiCriteria:
         what it knows and has heard.
     """
 
-    way: float = 0.4
-    front: float = 1.0
-    turn_m: float = 0.85
-    near_gain: float = 0.9
-    open_gain: float = 0.8
-    open_m: float = 2.0
-    wall: float = 4.4
-    apart: float = 4.9
-    apart_m: float = 5.5
-    ahead: float = 1.0
-    keep: float = 0.5
+    way: float = 0.165
+    front: float = 0.87
+    turn_m: float = 1.77
+    near_gain: float = 0.56
+    open_gain: float = 0.48
+    open_m: float = 2.63
+    wall: float = 5.2
+    apart: float = 3.6
+    apart_m: float = 5.2
+    ahead: float = 1.95
+    keep: float = 0.63
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.keep < 1.0:

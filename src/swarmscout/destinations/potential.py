@@ -32,8 +32,8 @@ class Potential:
         compared at frontiers only, as routes avoid obstacles by themselves.
     """
 
-    range_m: float = 26.0
-    push_m3: float = 990.0
+    range_m: float = 30.5
+    push_m3: float = 2020.0
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

@@ -33,8 +33,8 @@ class Utility:
         own best.
     """
 
-    range_m: float = 28.0
-    beta_per_m: float = 0.1
+    range_m: float = 29.0
+    beta_per_m: float = 0.044
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""
