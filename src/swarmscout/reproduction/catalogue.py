@@ -11,12 +11,12 @@ from swarmscout.core.errors import StudyError, did_you_mean
 from swarmscout.core.version import package_version
 from swarmscout.mission.mission import RULES_VERSION
 from swarmscout.reproduction import comparing, missions, sensing
-from swarmscout.reproduction.options import Options
+from swarmscout.reproduction.options import LLM_LIKE, Options
 from swarmscout.reproduction.reasoning import reasoning
 from swarmscout.studies.blocks import Block, Code, Heading, Text
 from swarmscout.studies.report import write_pages
 
-__all__ = ["FIGURES", "PaperFigure", "figures_named", "reproduce"]
+__all__ = ["FIGURES", "PaperFigure", "command_of", "figures_named", "reproduce"]
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,8 @@ def reproduce(
     return pages
 
 
-def _how(name: str, options: Options) -> list[Block]:
+def command_of(name: str, options: Options) -> str:
+    """What makes a figure, as it is typed."""
     counts = " --quick" if options.quick else ""
     if options.caves is not None:
         counts += f" --caves {options.caves}"
@@ -103,9 +104,14 @@ def _how(name: str, options: Options) -> list[Block]:
     asked = f" --llm {who}" if who else ""
     if "llm.model" in options.llm:
         asked += f" --llm-model {options.llm['llm.model']}"
+    rule = f" --destinations {options.selector}" if options.selector != LLM_LIKE else ""
+    return f"swarmscout reproduce {name}{counts}{rule}{asked}"
+
+
+def _how(name: str, options: Options) -> list[Block]:
     return [
         Heading("How it was made"),
-        Code(f"swarmscout reproduce {name}{counts} --destinations {options.selector}{asked}"),
+        Code(command_of(name, options)),
         Text(
             f"swarmscout {package_version()}, rules version {RULES_VERSION}, Python "
             f"{platform.python_version()}. The paper: H. Kawashima et al., AROB-ISBC 2026."

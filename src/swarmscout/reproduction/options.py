@@ -13,7 +13,7 @@ from swarmscout.recording.explore import record_mission
 from swarmscout.recording.run import Run
 from swarmscout.studies.study import Study
 
-__all__ = ["LLM_LIKE", "Options", "run_mission", "said_of", "study_named"]
+__all__ = ["LLM_LIKE", "Options", "RunStudy", "run_mission", "said_of", "study_named"]
 
 LLM_LIKE = "llm-like"
 """Stands for the language model where none is named: a formula of the reasons the paper reports."""
