@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AT_ONCE",
-    "has_table",
     "join_parts",
     "read_table",
+    "read_whole_table",
     "write_at_once",
     "write_part",
     "write_whole",
@@ -140,13 +140,17 @@ def join_parts(folder: Path, tables: Iterable[str]) -> None:
         remainder.rmdir()
 
 
-def has_table(folder: Path, table: str) -> bool:
-    """Whether a table is there whole: joined, or among the tables that were written at once.
+def read_whole_table(folder: Path, table: str) -> pl.DataFrame | None:
+    """A table that is there whole, joined or written at once; None when there is neither.
 
     Raises:
-        RunError: the file of the tables is damaged.
+        RunError: the file of the table is damaged.
     """
-    return (folder / f"{table}.parquet").exists() or _stream(folder, table) is not None
+    joined = folder / f"{table}.parquet"
+    if joined.exists():
+        return _read(joined)
+    stream = _stream(folder, table)
+    return None if stream is None else _read_stream(_archive(folder, table), table, stream)
 
 
 def read_table(folder: Path, table: str) -> pl.DataFrame:
@@ -155,13 +159,8 @@ def read_table(folder: Path, table: str) -> pl.DataFrame:
     Raises:
         RunError: a file of the table is damaged.
     """
-    joined = folder / f"{table}.parquet"
-    if joined.exists():
-        return _read(joined)
-    stream = _stream(folder, table)
-    if stream is None:
-        return _read_parts(table, _parts(folder, table))
-    return _read_stream(_archive(folder, table), table, stream)
+    whole = read_whole_table(folder, table)
+    return _read_parts(table, _parts(folder, table)) if whole is None else whole
 
 
 def _stream(folder: Path, table: str) -> bytes | None:

@@ -22,7 +22,7 @@ from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.recording.attempts import TEXTS
 from swarmscout.recording.kept_world import give_world_back
 from swarmscout.recording.own_maps import check_robot, own_maps_of
-from swarmscout.recording.parts import AT_ONCE, has_table, read_table
+from swarmscout.recording.parts import AT_ONCE, read_table, read_whole_table
 from swarmscout.recording.run_folder import as_path
 from swarmscout.recording.tables import FORMAT, LEVELS, OWN_MAPS, empty_table
 from swarmscout.worlds.footing import pitch_and_roll, stand
@@ -287,14 +287,14 @@ class Run:
             frames = self._in_memory.get(name, [])
             how: Any = "diagonal" if name == "timing" else "vertical"
             return pl.concat(frames, how=how, rechunk=True) if frames else empty_table(name)
-        there = has_table(self.path, name)
-        if name == "attempts" and not there and not (self.path / TEXTS).exists():
+        whole = read_whole_table(self.path, name)
+        if name == "attempts" and whole is None and not (self.path / TEXTS).exists():
             return empty_table(name)  # Nobody was asked, or the run is older than the table.
         if name in OWN_MAPS and not self.own_maps:
             return empty_table(name)
-        if self.finished and not there:
+        if self.finished and whole is None:
             raise RunError(f"run '{self.path}' is damaged: its table '{name}' is missing")
-        frame = read_table(self.path, name)
+        frame = read_table(self.path, name) if whole is None else whole
         if self.finished or name == "coverage":
             return frame
         # A part of coverage is written after the others: what lies beyond it is not whole.

@@ -99,7 +99,7 @@ def study_named(options: Options, name: str) -> Study:
 
 def _with_caves(study: Study, count: int) -> Study:
     axes = {
-        name: values[:count] if name == "world_seed" else values
+        name: values[:count] if name in ("world", "world_seed") else values
         for name, values in study.declared.axes.items()
     }
     return study.changed({"axes": axes})
@@ -107,14 +107,9 @@ def _with_caves(study: Study, count: int) -> Study:
 
 def _in_small(study: Study) -> Study:
     """The same questions with two worlds, one trial, few robots and few steps."""
-    declared = study.declared
-    axes = {
-        name: values[:2] if name in ("world", "world_seed") else values
-        for name, values in declared.axes.items()
-    }
-    scenario = {**declared.scenario, "world": "lava-tube-small", "robots": 6, "steps": 40}
-    changes = {"axes": axes, "scenario": scenario, "trials": 1}
-    return study.changed(changes)
+    small = {"world": "lava-tube-small", "robots": 6, "steps": 40}
+    scenario = {**study.declared.scenario, **small}
+    return _with_caves(study, 2).changed({"scenario": scenario, "trials": 1})
 
 
 def _same_rules(run: Run) -> bool:
