@@ -25,11 +25,11 @@ from swarmscout.robots.agreement import sensing_agreement
 from swarmscout.robots.bodies import TICKS, heading_table
 from swarmscout.robots.mesh_sensor import bucket_triangles, scan_mesh
 from swarmscout.robots.range_sensor import RangeSensor, cast_rays
-from swarmscout.studies.blocks import Block, Heading, Table, Text
+from swarmscout.studies.report_elements import Block, Heading, Table, Text
 from swarmscout.worlds.catalogue import NAMED_TUBES
-from swarmscout.worlds.footing import stand
+from swarmscout.worlds.ground_plane import stand
 from swarmscout.worlds.meshes.tube_mesh import tube_mesh
-from swarmscout.worlds.reach import standing_places
+from swarmscout.worlds.reachability import standing_places
 
 ROBOTS = 1000
 HEIGHT_M, RADIUS_M, RANGE_M = 0.2, 0.15, 1.0

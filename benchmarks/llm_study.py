@@ -23,19 +23,19 @@ from numpy.typing import NDArray
 from pages import write_section
 
 from swarmscout import Mission, Scenario, load_world
-from swarmscout.core.codes import UNKNOWN
-from swarmscout.core.model import Reply, Request
+from swarmscout.core.enums import UNKNOWN
+from swarmscout.core.language_model import Reply, Request
+from swarmscout.destinations.llm.dialogue import question
 from swarmscout.destinations.llm.encodings import ENCODINGS
 from swarmscout.destinations.llm.prompts import load_prompt
-from swarmscout.destinations.llm.talk import question
 from swarmscout.destinations.llm.tokens import estimate_tokens
 from swarmscout.destinations.registry import RECOMMENDED, make_selector, selectors
 from swarmscout.destinations.selector import Choice, Selector
+from swarmscout.destinations.view import LeaderView
 from swarmscout.llm.prices import load_prices
-from swarmscout.minds.view import LeaderView
-from swarmscout.studies.blocks import Block, Heading, Table, Text
 from swarmscout.studies.intervals import mean_interval
-from swarmscout.studies.pages import markdown_page
+from swarmscout.studies.report_elements import Block, Heading, Table, Text
+from swarmscout.studies.report_render import markdown_page
 
 SIZES = (200, 500, 1000, 2000, 4000)
 ANSWER_TOKENS = 250
@@ -305,7 +305,7 @@ def encodings_table(arguments: argparse.Namespace) -> Iterator[Block]:
         look(view, choice)
         if not views or views[-1] is not view:
             return
-        value = view.unknown_m2(2.0) / (1.0 + view.walk_m)
+        value = view.unknown_m2(2.0) / (1.0 + view.path_length_m)
 
         def percentile(cell: tuple[int, int]) -> float:
             k = int(np.flatnonzero((view.frontiers == cell).all(axis=1))[0])

@@ -23,14 +23,14 @@ from pages import write_section
 from scipy.signal import fftconvolve
 
 from swarmscout import Mission, Scenario
-from swarmscout.core.codes import UNKNOWN
+from swarmscout.core.enums import UNKNOWN
 from swarmscout.destinations.multi_criteria import MultiCriteria
 from swarmscout.destinations.registry import make_selector
 from swarmscout.destinations.selector import Choice
-from swarmscout.minds.view import LeaderView
-from swarmscout.studies.blocks import Block, Table, Text
+from swarmscout.destinations.view import LeaderView
+from swarmscout.studies.formatting import with_interval
 from swarmscout.studies.intervals import by_unit, mean_interval
-from swarmscout.studies.words import with_interval
+from swarmscout.studies.report_elements import Block, Table, Text
 
 WORLDS = ("lava-tube", "lava-tube-braided", "lava-tube-wide", "lava-maze")
 WORLD_SEEDS = range(4)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from swarmscout.studies.blocks import Block, Picture
-from swarmscout.studies.pages import figure_bytes, markdown_page
+from swarmscout.studies.report_elements import Block, Picture
+from swarmscout.studies.report_render import figure_bytes, markdown_page
 
 BEGIN, END = "<!-- {} begin -->", "<!-- {} end -->"
 

@@ -25,14 +25,14 @@ from swarmscout.cli.study import run_and_show
 from swarmscout.destinations.registry import RECOMMENDED
 from swarmscout.reproduction.catalogue import FIGURES, command_of, reproduce
 from swarmscout.reproduction.options import Options, RunStudy
-from swarmscout.studies.blocks import Block, Heading, Picture, Table, Text
 from swarmscout.studies.comparison import Arm, Label, Pairs, arms_of, compare
 from swarmscout.studies.figures import curve_with_band
+from swarmscout.studies.formatting import p_words, told_world, with_interval
 from swarmscout.studies.report import write_report
+from swarmscout.studies.report_elements import Block, Heading, Picture, Table, Text
 from swarmscout.studies.scaling import scaling_picture
 from swarmscout.studies.study import Study
 from swarmscout.studies.table import curves
-from swarmscout.studies.words import p_words, told_world, with_interval
 
 AT_STEPS = (100, 200)
 ASKING = ("llm-vs-baseline", "reasoning", "target-stats")

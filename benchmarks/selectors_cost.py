@@ -19,8 +19,8 @@ import swarmscout
 from swarmscout import Mission, Scenario, load_world
 from swarmscout.destinations.registry import make_selector, selectors
 from swarmscout.destinations.selector import Choice, Selector
-from swarmscout.minds.view import LeaderView
-from swarmscout.studies.blocks import Block, Heading, Table, Text
+from swarmscout.destinations.view import LeaderView
+from swarmscout.studies.report_elements import Block, Heading, Table, Text
 
 
 @dataclass

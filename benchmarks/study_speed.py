@@ -21,12 +21,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from swarmscout import Mission, load_world
-from swarmscout.studies import running
+from swarmscout.studies import scheduler
 from swarmscout.studies.engines import LocalEngine
 from swarmscout.studies.report import write_report
-from swarmscout.studies.running import run_study
+from swarmscout.studies.scheduler import run_study
 from swarmscout.studies.study import Study
-from swarmscout.studies.work import Outcome, Task, carry_out
+from swarmscout.studies.worker import Outcome, Task, carry_out
 
 STUDY = """
 name = "speed"
@@ -124,7 +124,7 @@ def main() -> None:
         write_report(study)
         print(f"report: {time.perf_counter() - began:.1f} s", flush=True)
 
-        running.carry_out = lambda task: Outcome(task.name, explored_m2=1.0)
+        scheduler.carry_out = lambda task: Outcome(task.name, explored_m2=1.0)
         study = make(folder, arguments.memory // 10, "memory")
         seen: list[tuple[int, float]] = []
         ended = 0

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from swarmscout.core.codes import FREE
+from swarmscout.core.enums import FREE
 from swarmscout.destinations.selector import Choice, Selector
+from swarmscout.destinations.view import LeaderView
 from swarmscout.minds.minds import DUE_AT, NEEDS, STEP
-from swarmscout.minds.view import LeaderView
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.route_table import GOAL, NOWHERE

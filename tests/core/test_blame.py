@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarmscout.core.blame import told
+from swarmscout.core.tracebacks import describe_error
 
 
 def _fails(code: str, file: Path) -> str:
     file.write_text(code)
     with pytest.raises(BaseException) as caught:  # noqa: PT011
         exec(compile(code, str(file), "exec"), {"np": np})
-    return told(caught.value)
+    return describe_error(caught.value)
 
 
 def test_the_deepest_line_of_the_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
-from swarmscout.minds.view import LeaderView
+from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
+from swarmscout.destinations.view import LeaderView
 from swarmscout.testing import leader_view, situations
 
 Cell = tuple[int, int]
@@ -66,10 +66,12 @@ def test_walks_are_networkx_shortest(seed: int, walls: float, unknown: float) ->
     view = some_view(seed, walls, unknown)
     cells = [tuple(cell) for cell in view.frontiers.tolist()]
     own = walks(view.labels, {view.frame.cell_of(*view.position_m)})
-    assert view.walk_m.tolist() == [own.get(cell, math.inf) / 1000.0 for cell in cells]
+    assert view.path_length_m.tolist() == [own.get(cell, math.inf) / 1000.0 for cell in cells]
     places = {view.frame.cell_of(x, y) for x, y in view.others.positions_m.tolist()}
     theirs = walks(view.labels, places)
-    assert view.others_walk_m.tolist() == [theirs.get(cell, math.inf) / 1000.0 for cell in cells]
+    assert view.others_path_length_m.tolist() == [
+        theirs.get(cell, math.inf) / 1000.0 for cell in cells
+    ]
 
 
 @pytest.mark.parametrize("number", range(10))
@@ -118,13 +120,19 @@ def test_turns_are_angles_to_the_way() -> None:
     # The leader looks along +x; the ways lead west and east.
     assert view.frontiers.tolist() == [[4, 1], [4, 28]]
     assert view.turns_rad.tolist() == pytest.approx([math.pi, 0.0])
-    assert view.walk_m.tolist() == [4.5, 9.0]
+    assert view.path_length_m.tolist() == [4.5, 9.0]
     assert view.members_heading_rad.tolist() == [0.0]
 
 
 def test_features_are_read_only() -> None:
     view = some_view(3)
-    for name in ("walk_m", "others_walk_m", "turns_rad", "clusters", "frontier_neighbours"):
+    for name in (
+        "path_length_m",
+        "others_path_length_m",
+        "turns_rad",
+        "clusters",
+        "frontier_neighbours",
+    ):
         with pytest.raises(ValueError, match="read-only"):
             getattr(view, name)[0] = 0
     with pytest.raises(ValueError, match="read-only"):

@@ -30,10 +30,10 @@ def test_every_selector_is_described_and_measured() -> None:
 
 
 def test_attributes_of_the_view_exist() -> None:
-    from swarmscout.minds.view import LeaderView
+    from swarmscout.destinations.view import LeaderView
 
     table = PAGE.split("| of the view | what |")[1].split("\n\n")[0]
     named = re.findall(r"`(\w+)(?:\([^`]*\))?`", table)
-    assert "walk_m" in named
+    assert "path_length_m" in named
     known = {*dir(LeaderView), *LeaderView.__dataclass_fields__}
     assert [name for name in named if name not in known] == []

@@ -11,19 +11,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.destinations.hungarian import Hungarian
 from swarmscout.destinations.information_gain import InformationGain
 from swarmscout.destinations.llm_like import LlmLike
 from swarmscout.destinations.minpos import MinPos
 from swarmscout.destinations.nearest_euclidean import NearestEuclidean
+from swarmscout.destinations.path_lengths import ways_m
 from swarmscout.destinations.potential import Potential
 from swarmscout.destinations.quantile_local import QuantileLocal
 from swarmscout.destinations.registry import RECOMMENDED, make_selector, selectors
 from swarmscout.destinations.utility import Utility
+from swarmscout.destinations.view import LeaderView
 from swarmscout.destinations.voronoi import Voronoi
-from swarmscout.destinations.ways import ways_m
-from swarmscout.minds.view import LeaderView
 from swarmscout.testing import check_selector, leader_view
 
 Cell = tuple[int, int]
@@ -140,11 +140,11 @@ def test_voronoi_prefers_its_own_cell(seed: int, teams: int) -> None:
     view = hall(seed, teams)
     chosen = index_of(view, Voronoi().choose(view, None).cell)
     ways, everywhere = ways_m(view), range(len(view.frontiers))
-    nearer = [f for f in everywhere if view.walk_m[f] < view.others_walk_m[f]]
+    nearer = [f for f in everywhere if view.path_length_m[f] < view.others_path_length_m[f]]
     # Where another team is just as near, either may have it.
-    equal = [f for f in everywhere if view.walk_m[f] == view.others_walk_m[f]]
-    own = nearer + [f for f in equal if view.own_cell[f]]
-    assert sorted(own) == np.flatnonzero(view.own_cell).tolist()
+    equal = [f for f in everywhere if view.path_length_m[f] == view.others_path_length_m[f]]
+    own = nearer + [f for f in equal if view.in_own_voronoi_cell[f]]
+    assert sorted(own) == np.flatnonzero(view.in_own_voronoi_cell).tolist()
     assert ways[chosen] == min(ways[f] for f in own or everywhere)
 
 

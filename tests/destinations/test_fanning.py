@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from swarmscout import Mission, Scenario, load_world
-from swarmscout.core.codes import CHARGE
+from swarmscout.core.enums import CHARGE
 from swarmscout.core.grid import GridFrame
-from swarmscout.destinations.fanning import fan_out
+from swarmscout.destinations.dispersal import fan_out
 from swarmscout.minds.minds import (
     DESTINATION,
     LEADER,

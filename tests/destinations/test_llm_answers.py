@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from swarmscout.destinations.llm.answers import Answer, InvalidAnswer, read_answer
+from swarmscout.destinations.llm.parse import Answer, InvalidAnswer, read_answer
 
 GOOD = [
     '{"choice": "12,34", "reason": "near"}',

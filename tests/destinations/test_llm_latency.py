@@ -8,13 +8,13 @@ from collections.abc import Sequence
 import pytest
 
 from swarmscout import Mission, Scenario
-from swarmscout.core.model import Message, Reply, Request
+from swarmscout.core.language_model import Message, Reply, Request
 from swarmscout.core.recorder import Decision
 from swarmscout.destinations.asking import Talk, settle
 from swarmscout.destinations.registry import make_selector
 from swarmscout.destinations.selector import Choice
 from swarmscout.testing import small_world
-from swarmscout.testing.watching import fingerprint
+from swarmscout.testing.instrumented_view import fingerprint
 
 
 def last(step: int, asked: Sequence[tuple[int, Request]]) -> list[Reply]:

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from swarmscout import Mission, Scenario
-from swarmscout.core.codes import FREE, OCCUPIED
-from swarmscout.core.model import Reply, Request
+from swarmscout.core.enums import FREE, OCCUPIED
+from swarmscout.core.language_model import Reply, Request
+from swarmscout.destinations.llm.history import Remembered
 from swarmscout.destinations.llm.llm import Llm
-from swarmscout.destinations.llm.remembered import Remembered
 from swarmscout.destinations.llm.shortlist import LlmShortlist, ShortlistRandom, best_of
 from swarmscout.destinations.registry import RECOMMENDED, make_selector, model_selectors
 from swarmscout.testing import check_selector, small_world
+from swarmscout.testing.instrumented_view import fingerprint
 from swarmscout.testing.situations import leader_view, situations
-from swarmscout.testing.watching import fingerprint
 
 
 def view_of(step: int = 30, **more: Any):

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from scipy import stats
 from test_classic_features import some_labels
 
-from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.destinations.nearest import Nearest
 from swarmscout.destinations.random import Random
 from swarmscout.destinations.selector import Choice
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.testing import leader_view, situations, small_world

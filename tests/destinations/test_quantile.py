@@ -18,9 +18,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from swarmscout.core.codes import FREE, UNKNOWN
+from swarmscout.core.enums import FREE, UNKNOWN
 from swarmscout.destinations.quantile import Quantile
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.testing import leader_view, situations, small_world

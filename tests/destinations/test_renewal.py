@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from swarmscout.comms.beacons import exchange_beacons
-from swarmscout.core.codes import CAUSES, CHARGE, DROP, FREE, UNKNOWN
+from swarmscout.core.enums import CAUSES, CHARGE, DROP, FREE, UNKNOWN
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.recorder import Decision
 from swarmscout.destinations.renewal import due_step
 from swarmscout.destinations.selector import Choice
+from swarmscout.destinations.view import LeaderView
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import DESTINATION, DUE_AT, LEADER, MODE, SIZE, TEAM, blank_minds
-from swarmscout.minds.view import LeaderView
-from swarmscout.mission import setup
+from swarmscout.mission import build
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.route_table import FAILED_UNTIL
 from swarmscout.robots.bodies import heading_table
@@ -50,7 +50,7 @@ class Desk:
             renewal = {"rule": "reached", "avoid_steps": 0, **renewal}
         scenario = Scenario.model_validate({"robots": 4, "renewal": renewal})
         self.frame = GridFrame(0.0, 0.0, 0.5, 12, 12)
-        model = setup.make_model(scenario)
+        model = build.make_model(scenario)
         self.grids = OccupancyGrids(self.frame, 1, model, 8)
         self.label(slice(2, 10), slice(2, 10), FREE)
         self.minds = blank_minds(4, shared=True)
@@ -59,11 +59,11 @@ class Desk:
         self.minds.state[3, MODE] = CHARGE
         self.minds.reading[:, :2] = self.frame.centre_of(*INSIDE)
         self.minds.reading[:, 3] = 1.0
-        self.planner = setup.make_planner(
+        self.planner = build.make_planner(
             scenario, self.frame, 1, model, np.zeros((1, 2)), heading_table()
         )
         self.asked = Asked()
-        self.destinations = setup.make_destinations(scenario, None)
+        self.destinations = build.make_destinations(scenario, None)
         self.destinations.selector = self.asked
         self.number = 0
         self.events: list[list[int]] = []

@@ -8,7 +8,7 @@ import pytest
 import swarmscout as ss
 from swarmscout.mission.scenario_keys import scenario_page
 from swarmscout.studies.engines import LocalEngine
-from swarmscout.studies.running import run_study
+from swarmscout.studies.scheduler import run_study
 from swarmscout.testing import check_policy, check_selector
 
 ROOT = Path(__file__).parents[2]

@@ -9,8 +9,8 @@ from collections.abc import Callable
 import pytest
 
 from swarmscout.core.errors import ModelError
-from swarmscout.core.model import Message, Reply, Request
-from swarmscout.llm.asker import Asker, Limits
+from swarmscout.core.language_model import Message, Reply, Request
+from swarmscout.llm.dispatcher import Asker, Limits
 
 
 class Scripted:

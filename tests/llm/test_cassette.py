@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from swarmscout.core.errors import ModelError
-from swarmscout.core.model import Message, Reply, Request
+from swarmscout.core.language_model import Message, Reply, Request
 from swarmscout.llm.cassette import Cassette, Tape
 from swarmscout.llm.connect import connect
 from swarmscout.llm.settings import ModelSettings
@@ -115,7 +115,7 @@ def test_several_processes_append_without_tearing_lines(tmp_path: Path) -> None:
     program = """
 import sys
 from pathlib import Path
-from swarmscout.core.model import Message, Reply, Request
+from swarmscout.core.language_model import Message, Reply, Request
 from swarmscout.llm.cassette import Cassette, Tape
 class Long:
     def complete(self, request):

@@ -18,7 +18,7 @@ import pytest
 from swarmscout import Run, Scenario
 from swarmscout.cli.app import main
 from swarmscout.core.errors import ModelError
-from swarmscout.core.model import Message, Request
+from swarmscout.core.language_model import Message, Request
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.installed import find_model, install_model, model_file
 from swarmscout.recording.explore import record_mission

@@ -18,11 +18,11 @@ from provider import KEY, Provider, serving
 from swarmscout import Run, Scenario
 from swarmscout.cli.app import main
 from swarmscout.core.errors import ModelError
-from swarmscout.core.model import Reply
+from swarmscout.core.language_model import Reply
 from swarmscout.mission.mission import Mission
 from swarmscout.recording.explore import record_mission
 from swarmscout.testing import small_world
-from swarmscout.testing.watching import fingerprint
+from swarmscout.testing.instrumented_view import fingerprint
 
 pytest.importorskip("openai")
 
@@ -33,7 +33,7 @@ def environment(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("OPENAI_BASE_URL", "AZURE_OPENAI_ENDPOINT", "AZURE_OPENAI_API_KEY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("OPENAI_API_KEY", KEY)
-    monkeypatch.setattr("swarmscout.llm.patience.BACKOFF_S", 0.01)
+    monkeypatch.setattr("swarmscout.llm.retry.BACKOFF_S", 0.01)
 
 
 def scenario(url: str, destinations: str = "llm", **keys: Any) -> Scenario:

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from provider import KEY, completion, serving
 
-from swarmscout.core.model import Message, Reply, Request
+from swarmscout.core.language_model import Message, Reply, Request
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.openai_model import OpenAIModel, retry_after
-from swarmscout.llm.patience import Patient
 from swarmscout.llm.prices import Prices, load_prices
+from swarmscout.llm.retry import Patient
 from swarmscout.llm.settings import Endpoint, Secret
 
 pytest.importorskip("openai")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of, probability_of
 from swarmscout.mapping.occupancy import LABEL_BITS, OccupancyGrids

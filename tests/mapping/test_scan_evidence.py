@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import NO_CONTACT, ROBOT_CONTACT, WALL_CONTACT
+from swarmscout.core.enums import NO_CONTACT, ROBOT_CONTACT, WALL_CONTACT
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.evidence import EvidenceLog, observe
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from tape import LITERAL, Tape, closet, scenario_of, small_world
 
-from swarmscout.core.codes import CHARGE, EVENTS, FORWARD, JOIN, LEAVE, LEFT, MODE, RIGHT
+from swarmscout.core.enums import CHARGE, EVENTS, FORWARD, JOIN, LEAVE, LEFT, MODE, RIGHT
 from swarmscout.core.errors import ScenarioError
 from swarmscout.mapping.log_odds import log_odds_of
 from swarmscout.mission.mission import Mission
-from swarmscout.worlds.reach import reachable
+from swarmscout.worlds.reachability import reachable
 
 CASES: list[tuple[str, dict[str, Any]]] = [
     ("paper", {}),

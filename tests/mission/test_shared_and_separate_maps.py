@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tape import LITERAL, Tape, scenario_of, small_world, state_of
 
-from swarmscout.core.codes import CHARGE
+from swarmscout.core.enums import CHARGE
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import DESTINATION, LEADER, TEAM
 from swarmscout.mission.mission import Mission

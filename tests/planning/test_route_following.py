@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import CHARGE, FORWARD, NO_CONTACT, STOP
+from swarmscout.core.enums import CHARGE, FORWARD, NO_CONTACT, STOP
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import CHARGE, ROUTE
+from swarmscout.core.enums import CHARGE, ROUTE
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids

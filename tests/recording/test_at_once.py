@@ -17,7 +17,7 @@ import pytest
 
 from swarmscout import Mission, Run, RunError, RunWriter, Scenario
 from swarmscout.core.recorder import StepRecord
-from swarmscout.recording import parts
+from swarmscout.recording import table_files
 from swarmscout.recording.tables import LEVELS, OWN_MAPS
 
 
@@ -126,7 +126,7 @@ class Dead(BaseException):
 def test_death_while_it_is_written_never_counts(
     tape: Any, finished: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fill, left = parts._fill, [0]
+    fill, left = table_files._fill, [0]
 
     def dying(path: Path, data: bytes, durable: bool) -> None:
         left[0] -= 1
@@ -135,7 +135,7 @@ def test_death_while_it_is_written_never_counts(
             raise Dead
         fill(path, data, durable)
 
-    monkeypatch.setattr(parts, "_fill", dying)
+    monkeypatch.setattr(table_files, "_fill", dying)
     for operations in range(5):
         left[0] = operations
         with pytest.raises(Dead):

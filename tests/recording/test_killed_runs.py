@@ -17,7 +17,7 @@ import polars as pl
 import pytest
 
 from swarmscout import Run, RunError, RunWriter, Scenario, record_mission
-from swarmscout.recording import parts
+from swarmscout.recording import table_files
 from swarmscout.recording.tables import PART_STEPS, TABLES
 
 KILLS = 20
@@ -108,7 +108,7 @@ def die_at(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int], list[int
 
         monkeypatch.setattr(owner, name, operation)
 
-    arm(parts, "_fill", lambda path, data, _: path.write_bytes(data[: len(data) // 2]))
+    arm(table_files, "_fill", lambda path, data, _: path.write_bytes(data[: len(data) // 2]))
     arm(os, "replace", lambda *_: None)
     arm(Path, "unlink", lambda *_: None)
     arm(Path, "rmdir", lambda *_: None)
@@ -190,14 +190,14 @@ def test_closing_may_be_interrupted_and_repeated(
 def test_a_full_disk_keeps_what_was_written(
     tape: Any, finished: Run, empty: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = parts._fill
+    real = table_files._fill
 
     def full(path: Path, data: bytes, durable: bool) -> None:
         if "000002" in path.name:
             raise OSError(28, "No space left on device")
         real(path, data, durable)
 
-    monkeypatch.setattr(parts, "_fill", full)
+    monkeypatch.setattr(table_files, "_fill", full)
     with pytest.raises(RunError, match=r"cannot write '.*': No space left on device"):
         tape.play(RunWriter(empty))
     assert_beginning(Run.open(empty), finished, at_least=99)

@@ -9,9 +9,9 @@ import polars as pl
 import pytest
 
 from swarmscout import Run, RunError, RunWriter, Scenario, record_mission
-from swarmscout.core.codes import ACTIONS, EVENTS, MODES
+from swarmscout.core.enums import ACTIONS, EVENTS, MODES
 from swarmscout.core.recorder import Decision
-from swarmscout.recording.chunk import Chunk, plain
+from swarmscout.recording.row_buffer import Chunk, plain
 from swarmscout.recording.tables import LEVELS, OWN_MAPS, TABLES
 
 

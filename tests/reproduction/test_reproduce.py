@@ -10,7 +10,7 @@ from swarmscout.cli.app import main
 from swarmscout.core.errors import StudyError
 from swarmscout.reproduction.catalogue import FIGURES, figures_named, reproduce
 from swarmscout.reproduction.options import Options
-from swarmscout.studies.running import run_study
+from swarmscout.studies.scheduler import run_study
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmscout.core.codes import STRANDED
+from swarmscout.core.enums import STRANDED
 from swarmscout.robots.battery import spend_or_charge
 
 

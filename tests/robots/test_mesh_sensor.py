@@ -16,7 +16,7 @@ from swarmscout.robots.bodies import heading_table, to_ticks
 from swarmscout.robots.mesh_sensor import bucket_triangles, scan_mesh
 from swarmscout.robots.range_sensor import RangeSensor, cast_rays
 from swarmscout.worlds import Mesh, load_world, world_from_ascii
-from swarmscout.worlds.reach import standing_places
+from swarmscout.worlds.reachability import standing_places
 
 TABLE = heading_table()
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from swarmscout.core.codes import (
+from swarmscout.core.enums import (
     FORWARD,
     LEFT,
     NO_CONTACT,

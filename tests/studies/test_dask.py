@@ -11,7 +11,7 @@ import pytest
 from in_this_process import InThisProcess
 
 from swarmscout.recording.run import Run
-from swarmscout.studies.running import run_study
+from swarmscout.studies.scheduler import run_study
 
 pytest.importorskip("distributed", reason="no dask.distributed here: pip install distributed")
 

@@ -17,7 +17,7 @@ from swarmscout.studies.intervals import (
     share_interval,
     sign_flip_p,
 )
-from swarmscout.studies.times import times_to
+from swarmscout.studies.survival import times_to
 
 
 def coverage(draw, estimate, truth, repeats=300):

@@ -12,10 +12,10 @@ from in_this_process import InThisProcess
 from small_studies import SMALL
 
 from swarmscout.core.errors import StudyError
-from swarmscout.studies.blocks import Code, Heading, Table, Text, Warn
-from swarmscout.studies.pages import html_page, markdown_page
 from swarmscout.studies.report import write_report
-from swarmscout.studies.running import run_study
+from swarmscout.studies.report_elements import Code, Heading, Table, Text, Warn
+from swarmscout.studies.report_render import html_page, markdown_page
+from swarmscout.studies.scheduler import run_study
 from swarmscout.studies.study import Study
 
 FULL = SMALL.replace('"nearest"]', '"nearest", "random"]') + "teams.desired_size = [1, 2, 4]\n"

@@ -19,7 +19,7 @@ from small_studies import SMALL
 from swarmscout.core.errors import StudyError
 from swarmscout.recording.run import Run
 from swarmscout.studies.engines import LocalEngine
-from swarmscout.studies.running import run_study
+from swarmscout.studies.scheduler import run_study
 from swarmscout.studies.study import Study
 
 FAILING = """

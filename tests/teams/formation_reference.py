@@ -19,8 +19,8 @@ from fractions import Fraction
 import numpy as np
 
 from swarmscout.comms.beacons import exchange_beacons
-from swarmscout.core.codes import CHARGE, EXPLORE, JOIN, LEAVE
-from swarmscout.core.codes import LEADER as LEADER_EVENT
+from swarmscout.core.enums import CHARGE, EXPLORE, JOIN, LEAVE
+from swarmscout.core.enums import LEADER as LEADER_EVENT
 from swarmscout.minds.minds import DESIRED, LEADER, MODE, PICK, STEP, TEAM, Minds, blank_minds
 from swarmscout.teams.formation import Tally, reorganize
 

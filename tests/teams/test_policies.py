@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import swarmscout as ss
-from swarmscout.core.codes import CHARGE
+from swarmscout.core.enums import CHARGE
 from swarmscout.core.errors import PolicyError, ScenarioError
 from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.teams.by_mode import ByMode

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarmscout.core.codes import CHARGE
+from swarmscout.core.enums import CHARGE
 from swarmscout.minds.minds import DESIRED, LEADER, MODE, STEP, TEAM
 from swarmscout.mission.mission import Mission
 from swarmscout.teams.robots_view import RobotsView

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from wrong_selectors import MISTAKES, first
 
-from swarmscout.core.codes import FREE, UNKNOWN
+from swarmscout.core.enums import FREE, UNKNOWN
 from swarmscout.core.errors import SelectorError
 from swarmscout.destinations.registry import selectors
 from swarmscout.destinations.selector import Choice

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from swarmscout.worlds import load_world, reachable, world_from_array
-from swarmscout.worlds.footing import pitch_and_roll, stand, without_steep
+from swarmscout.worlds.ground_plane import pitch_and_roll, stand, without_steep
 
 
 def slope(along_x: float, along_y: float, *, size: int = 30, res: float = 0.1, base: float = 3.0):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mesh_shapes import box, joined, room, sheet, walls
 
 from swarmscout.core.grid import GridFrame
-from swarmscout.worlds.meshes.columns import FACES_AIR, FACES_ROCK, find_spans
+from swarmscout.worlds.meshes.span_heightfield import FACES_AIR, FACES_ROCK, find_spans
 from swarmscout.worlds.meshes.tiles import TILE
 from swarmscout.worlds.meshes.walls import EAST, NORTH, find_walls
 

@@ -18,7 +18,7 @@ from swarmscout.worlds import (
     world_from_array,
     world_from_ascii,
 )
-from swarmscout.worlds.reach import distance_along_ground, standing_places, start_cell
+from swarmscout.worlds.reachability import distance_along_ground, standing_places, start_cell
 
 RULES = ("one-place", "spread")
 

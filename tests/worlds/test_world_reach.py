@@ -13,8 +13,8 @@ from skimage.measure import euler_number, label
 
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds import World, reachable, world_from_array, world_from_ascii
-from swarmscout.worlds.discs import covered_by, fits
-from swarmscout.worlds.reach import distance_along_ground, standing_places, start_cell
+from swarmscout.worlds.morphology import covered_by, fits
+from swarmscout.worlds.reachability import distance_along_ground, standing_places, start_cell
 from swarmscout.worlds.starts import start_of
 
 rasters = arrays(

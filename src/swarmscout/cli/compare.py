@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 if TYPE_CHECKING:
     from swarmscout.recording.run import Run
-    from swarmscout.studies.beside import Beside
+    from swarmscout.studies.run_comparison import Beside
 
 __all__ = ["compare"]
 
@@ -39,8 +39,8 @@ def compare(
         picture: also draw the explored-area curves into this .svg, .pdf or .png file.
     """
     from swarmscout.core.errors import RunError
-    from swarmscout.recording.parts import write_whole
-    from swarmscout.studies.beside import curves_beside, runs_beside
+    from swarmscout.recording.table_files import write_whole
+    from swarmscout.studies.run_comparison import curves_beside, runs_beside
 
     kind = "" if picture is None else picture.suffix.lower().removeprefix(".")
     if picture is not None and kind not in ("svg", "pdf", "png"):
@@ -50,7 +50,7 @@ def compare(
     for gain in beside.gains:
         _print_gain(gain, beside.baseline)
     if picture is not None:
-        from swarmscout.studies.pages import figure_bytes
+        from swarmscout.studies.report_render import figure_bytes
 
         write_whole(picture, figure_bytes(curves_beside(beside), kind))
         print(f"picture: {picture}")
@@ -74,7 +74,7 @@ def _print_table(beside: Beside) -> None:
 
 
 def _figures(run: Run) -> list[str]:
-    from swarmscout.studies.beside import explored_m2
+    from swarmscout.studies.run_comparison import explored_m2
 
     figures: dict[str, Any] = dict(run.summary or {"explored_m2": explored_m2(run)})
     steps = f"{run.last_step}" + ("" if run.finished else " (not finished)")
@@ -86,8 +86,8 @@ def _figures(run: Run) -> list[str]:
 
 
 def _print_gain(gain: Any, baseline: str) -> None:
+    from swarmscout.studies.formatting import with_interval
     from swarmscout.studies.intervals import FEW_UNITS
-    from swarmscout.studies.words import with_interval
 
     pairs = f"{gain.pairs} pair{'s' if gain.pairs > 1 else ''}"
     print(

@@ -34,8 +34,8 @@ def ask_once(llm: str | None, model: str | None) -> int:
     import os
 
     from swarmscout.cli.llm_options import llm_overrides
-    from swarmscout.core.model import Message, Request
-    from swarmscout.destinations.llm.answers import InvalidAnswer, read_answer
+    from swarmscout.core.language_model import Message, Request
+    from swarmscout.destinations.llm.parse import InvalidAnswer, read_answer
     from swarmscout.llm.connect import make_model
     from swarmscout.llm.settings import ModelSettings, find_endpoint
     from swarmscout.mission.scenario_files import make_scenario

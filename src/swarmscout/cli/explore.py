@@ -73,10 +73,10 @@ def explore(
     """
     from swarmscout.cli.compiling import say_if_compiling
     from swarmscout.cli.interrupts import Interrupted, between_steps
+    from swarmscout.cli.live_view import watching
     from swarmscout.cli.llm_options import decision_lines, llm_overrides, say_others, say_trouble
     from swarmscout.cli.progress import Progress
     from swarmscout.cli.summary import summary_lines
-    from swarmscout.cli.watching import watching
     from swarmscout.core.errors import ScenarioError, SwarmscoutError
     from swarmscout.mission.scenario_files import load_scenario
     from swarmscout.recording.run_folder import release_folder

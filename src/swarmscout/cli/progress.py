@@ -23,7 +23,7 @@ def state_of(mission: Mission) -> dict[str, Any]:
     """What the bar shows: explored m², number of teams, robots in CHR mode."""
     import numpy as np
 
-    from swarmscout.core.codes import CHARGE
+    from swarmscout.core.enums import CHARGE
 
     exploring = mission.bodies.alive & (mission.minds.mode != CHARGE)
     return {

@@ -68,8 +68,8 @@ def run_and_show(
     from swarmscout.cli.study_progress import StudyProgress
     from swarmscout.core.errors import StudyError
     from swarmscout.studies.engines import DaskEngine, LocalEngine
-    from swarmscout.studies.running import run_study
-    from swarmscout.studies.so_far import SoFar
+    from swarmscout.studies.progress import SoFar
+    from swarmscout.studies.scheduler import run_study
 
     engine: Any
     if scheduler is None:

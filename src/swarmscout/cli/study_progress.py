@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from swarmscout.studies.plan import Planned
-    from swarmscout.studies.so_far import SoFar
-    from swarmscout.studies.work import Outcome
+    from swarmscout.studies.progress import SoFar
+    from swarmscout.studies.worker import Outcome
 
 __all__ = ["StudyProgress"]
 

@@ -310,8 +310,8 @@ def _report(world: World, robots: int) -> None:
     """Area, size, start and stations in a few lines."""
     import numpy as np
 
-    from swarmscout.worlds.placing import place_stations
-    from swarmscout.worlds.reach import reachable
+    from swarmscout.worlds.placement import place_stations
+    from swarmscout.worlds.reachability import reachable
     from swarmscout.worlds.starts import start_of
 
     left, right, bottom, top = world.extent

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.model import Attempt
+from swarmscout.core.language_model import Attempt
 
 __all__ = ["Decision", "Recorder", "StepRecord"]
 
@@ -27,7 +27,7 @@ class Decision:
         step: when.
         team: the team's id.
         leader: the robot that decided.
-        cause: why a new destination was needed, one of :data:`swarmscout.core.codes.CAUSES`.
+        cause: why a new destination was needed, one of :data:`swarmscout.core.enums.CAUSES`.
         selector: the selector's name.
         cell: the chosen ``(row, col)``, or None when there was no frontier to choose.
         x_m: x of the chosen cell's centre (NaN without a cell).

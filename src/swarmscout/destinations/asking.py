@@ -11,9 +11,9 @@ from collections import Counter
 from collections.abc import Callable, Generator, Sequence
 from typing import Any, Protocol, runtime_checkable
 
-from swarmscout.core.model import Reply, Request
+from swarmscout.core.language_model import Reply, Request
 from swarmscout.destinations.selector import Choice, Selector
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Ask", "AskingSelector", "Talk", "TalkCounts", "settle"]
 

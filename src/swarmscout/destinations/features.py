@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.grid import GridFrame
-from swarmscout.destinations.terrain import (
+from swarmscout.destinations.grid_kernels import (
     FAR,
     count_around,
     count_within,
@@ -30,7 +30,7 @@ KINDS = ("unknown", "free", "occupied", "frontier")
 
 
 class Scratch:
-    """Memory that the kernels of :mod:`swarmscout.destinations.terrain` use, made once a mission.
+    """Scratch memory of the kernels in ``grid_kernels``, allocated once per mission.
 
     Attributes:
         field: int64[C, 2]; queues: int64[2, 2 C]; places: int32[C].
@@ -118,7 +118,7 @@ class Frontiers:
     def walks(
         self, sources: NDArray[np.int64], targets: NDArray[np.int64], gate_mm: int = GATE_MM
     ) -> NDArray[np.int64]:
-        """int64[2, n], see :func:`swarmscout.destinations.terrain.walk`."""
+        """int64[2, n], see :func:`swarmscout.destinations.grid_kernels.walk`."""
         found = np.empty((2, len(targets)), dtype=np.int64)
         scratch = self.scratch
         walk(
@@ -206,7 +206,7 @@ class Features:
         """float64[n], the shortest way from any of some places, in metres (inf: none)."""
         return _in_metres(self._frontiers.walks(self._flat_cells(places_m), self._flat)[0])
 
-    def own_cell(self, others_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def in_own_voronoi_cell(self, others_m: NDArray[np.float64]) -> NDArray[np.bool_]:
         """bool[n], whether the leader's way is shorter than those from other places.
 
         The search is shared: whoever has heard of the same teams has the same places in all.

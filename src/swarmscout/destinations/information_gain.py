@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
-from swarmscout.destinations.ways import choice_of, ways_m
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["InformationGain"]
 

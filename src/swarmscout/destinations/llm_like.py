@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.destinations.nearness import crowding
+from swarmscout.destinations.crowding import crowding
+from swarmscout.destinations.path_lengths import choice_of
 from swarmscout.destinations.selector import Choice
-from swarmscout.destinations.ways import choice_of
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["LlmLike"]
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from swarmscout.core.jit import kernel
+from swarmscout.destinations.path_lengths import ways_m
 from swarmscout.destinations.selector import Choice
-from swarmscout.destinations.ways import ways_m
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["MultiCriteria", "weigh"]
 

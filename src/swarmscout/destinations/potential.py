@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from swarmscout.destinations.nearness import push_kernel
+from swarmscout.destinations.crowding import push_kernel
+from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
-from swarmscout.destinations.ways import choice_of, ways_m
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Potential"]
 

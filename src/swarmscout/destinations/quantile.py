@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from swarmscout.destinations.selector import Choice
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Quantile"]
 

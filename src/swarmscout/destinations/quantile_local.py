@@ -9,7 +9,7 @@ import numpy as np
 
 from swarmscout.destinations.quantile import Quantile
 from swarmscout.destinations.selector import Choice
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["QuantileLocal"]
 

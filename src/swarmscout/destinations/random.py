@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarmscout.destinations.selector import Choice
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Random"]
 

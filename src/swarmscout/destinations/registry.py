@@ -1,4 +1,4 @@
-"""Selectors by name: see :mod:`swarmscout.core.rules`.
+"""Selectors by name: see :mod:`swarmscout.core.registry`.
 
 Other packages register theirs under the entry point group ``swarmscout.selectors``.
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from swarmscout.core.errors import SelectorError
-from swarmscout.core.rules import RuleKind
+from swarmscout.core.registry import Registry
 from swarmscout.destinations.hungarian import Hungarian
 from swarmscout.destinations.information_gain import InformationGain
 from swarmscout.destinations.llm.llm import Llm
@@ -56,7 +56,7 @@ WITH_MODELS: dict[str, type] = {
 }
 """Selectors that ask a language model, and their control; docs/llm.md has what they are worth."""
 
-SELECTORS: RuleKind[Selector] = RuleKind(
+SELECTORS: Registry[Selector] = Registry(
     noun="selector",
     method="choose(view, memory)",
     face=Selector,  # type: ignore[type-abstract]

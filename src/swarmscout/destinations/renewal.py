@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from swarmscout.core.codes import (
+from swarmscout.core.enums import (
     CHARGE,
     DROP,
     NO_CAUSE,

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
-from swarmscout.core.model import Attempt
-from swarmscout.minds.view import LeaderView
+from swarmscout.core.language_model import Attempt
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Choice", "Selector"]
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
-from swarmscout.destinations.ways import choice_of, ways_m
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Voronoi"]
 
@@ -27,7 +27,7 @@ class Voronoi:
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""
         ways = ways_m(view)
-        own = view.own_cell
+        own = view.in_own_voronoi_cell
         if own.any():
             chosen = int(np.argmin(np.where(own, ways, np.inf)))
             return choice_of(view, chosen, f"nearest in the own cell, way {ways[chosen]:.1f} m")

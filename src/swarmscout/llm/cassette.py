@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from swarmscout.core.errors import ModelError
-from swarmscout.core.model import Model, Reply, Request
+from swarmscout.core.language_model import Model, Reply, Request
 
 __all__ = ["MODES", "Cassette", "Tape"]
 
@@ -133,7 +133,7 @@ class Tape:
 
 
 class Cassette:
-    """A model in front of which a cassette stands; see :class:`swarmscout.core.model.Model`.
+    """A model with a cassette in front of it; see ``core.language_model.Model``.
 
     Args:
         tape: the cassette.

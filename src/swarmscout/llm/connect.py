@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from swarmscout.core.errors import ModelError
-from swarmscout.core.model import Model
-from swarmscout.llm.asker import Asker, Limits
+from swarmscout.core.language_model import Model
 from swarmscout.llm.cassette import Cassette, Tape
+from swarmscout.llm.dispatcher import Asker, Limits
 from swarmscout.llm.embedded import Embedded, servers_at_once
 from swarmscout.llm.openai_model import OpenAIModel
-from swarmscout.llm.patience import Patient, Sender
 from swarmscout.llm.prices import load_prices
+from swarmscout.llm.retry import Patient, Sender
 from swarmscout.llm.settings import ModelSettings, find_endpoint
 
 __all__ = ["connect", "make_model"]

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import IO
 
 from swarmscout.core.errors import ModelError
-from swarmscout.core.model import Reply, Request
+from swarmscout.core.language_model import Reply, Request
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.installed import model_file
 from swarmscout.llm.openai_model import OpenAIModel

@@ -1,4 +1,4 @@
-"""Failures of one try to reach a model, in the words of :data:`swarmscout.core.model.FAILURES`."""
+"""Failures of one attempt to reach a model, named as in ``core.language_model.FAILURES``."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from swarmscout.core.errors import ModelError
-from swarmscout.core.model import Reply, Request
+from swarmscout.core.language_model import Reply, Request
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.settings import Endpoint
 

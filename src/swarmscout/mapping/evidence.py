@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import WALL_CONTACT
+from swarmscout.core.enums import WALL_CONTACT
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.jit import kernel
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.log_odds import InverseSensorModel

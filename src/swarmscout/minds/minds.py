@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import EXPLORE
+from swarmscout.core.enums import EXPLORE
 
 __all__ = [
     "BEACON",

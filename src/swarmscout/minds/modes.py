@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from swarmscout.core.codes import CHARGE, EXPLORE
-from swarmscout.core.codes import MODE as MODE_EVENT
+from swarmscout.core.enums import CHARGE, EXPLORE
+from swarmscout.core.enums import MODE as MODE_EVENT
 from swarmscout.core.jit import kernel
 from swarmscout.minds.minds import MODE
 

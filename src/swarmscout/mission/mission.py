@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.comms.beacons import exchange_beacons
-from swarmscout.core.codes import CHARGE
+from swarmscout.core.enums import CHARGE
 from swarmscout.core.errors import ScenarioError
-from swarmscout.core.model import Model
+from swarmscout.core.language_model import Model
 from swarmscout.core.recorder import Decision, Recorder, StepRecord
 from swarmscout.core.version import package_version
 from swarmscout.destinations.selector import Selector
@@ -22,18 +22,18 @@ from swarmscout.mapping.exchange import exchange_evidence, share_evidence
 from swarmscout.mapping.occupancy import BeliefView, OccupancyGrids
 from swarmscout.minds.minds import DESIRED, blank_minds
 from swarmscout.minds.modes import choose_modes
-from swarmscout.mission import setup
-from swarmscout.mission.by_hand import HandCheck, checked_function, checked_links
-from swarmscout.mission.judging import Judge, map_truth
+from swarmscout.mission import build
+from swarmscout.mission.metrics import Judge, map_truth
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.sensing import Senses
+from swarmscout.mission.validation import HandCheck, checked_function, checked_links
 from swarmscout.robots.battery import spend_or_charge
 from swarmscout.robots.bodies import heading_table, to_ticks
 from swarmscout.robots.motion import Neighbourhood, carry_out
 from swarmscout.teams.formation import Tally, reorganize
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.catalogue import load_world
-from swarmscout.worlds.placing import place_stations
+from swarmscout.worlds.placement import place_stations
 from swarmscout.worlds.world import World
 
 __all__ = ["RULES_VERSION", "Mission"]
@@ -93,32 +93,32 @@ class Mission:
         policy: DesiredSizePolicy | None = None,
         model: Model | None = None,
     ) -> None:
-        scenario = setup.complete(scenario, seed, selector, policy)
+        scenario = build.complete(scenario, seed, selector, policy)
         if world is None:
             world = load_world(scenario.world, seed=scenario.world_seed, base=base)
         world = load_world(world)  # Of any other kind of argument it says what is wrong.
         self.scenario = scenario
         self.world = world
         self.base = base
-        self.destinations = setup.make_destinations(scenario, base, selector)
-        self.asker = setup.make_asker(scenario, self.destinations.selector, model)
+        self.destinations = build.make_destinations(scenario, base, selector)
+        self.asker = build.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
-        self.sizes = setup.make_desired_sizes(scenario, base, policy)
+        self.sizes = build.make_desired_sizes(scenario, base, policy)
         # What the world is for these bodies: they do not drive where it is too steep.
-        self._ground = ground = setup.make_ground(world, scenario)
+        self._ground = ground = build.make_ground(world, scenario)
         self.stations_m = place_stations(ground, scenario.robots)
-        self.frame = setup.make_frame(world, scenario)
-        self.bodies = setup.make_bodies(ground, scenario)
+        self.frame = build.make_frame(world, scenario)
+        self.bodies = build.make_bodies(ground, scenario)
 
         robots = scenario.robots
         shared = links is None
         self.own_maps = not shared
         self.headings = heading_table()
-        mesh = setup.make_mesh(world, scenario)
+        mesh = build.make_mesh(world, scenario)
         self.senses = Senses(scenario, ground, self.headings, mesh)
         self.minds = blank_minds(robots, shared=shared)
         self.minds.state[:, DESIRED] = scenario.teams.desired_size
-        evidence_model = setup.make_model(scenario)
+        evidence_model = build.make_model(scenario)
         neighbours = scenario.map.frontier_neighbours
         self.grids = OccupancyGrids(self.frame, 1 if shared else robots, evidence_model, neighbours)
         # What the swarm as a whole knows: the shared map, or all logs together, for judging.
@@ -129,7 +129,7 @@ class Mission:
         reach_m = max(sensor.range_m, body.radius_m + body.forward_m + world.resolution_m) + 0.5
         self.log = EvidenceLog(robots, sensor.rays, reach_m, self.frame.cell_m, keep=not shared)
         self.known = np.zeros((robots, robots) if not shared else (1, 1), dtype=np.int64)
-        self.planner = setup.make_planner(
+        self.planner = build.make_planner(
             scenario,
             self.frame,
             1 if shared else robots,
@@ -153,7 +153,7 @@ class Mission:
         self._turn_ticks = to_ticks(body.turn_deg)
         teams = scenario.teams
         self._team_rules = teams.d_join_m, teams.silence_steps, teams.leave_rule
-        self._return_reserve = setup.return_reserve(scenario)
+        self._return_reserve = build.return_reserve(scenario)
         self.decisions: list[Decision] = []
         self._recorder = recorder
         if recorder is not None:
@@ -243,7 +243,7 @@ class Mission:
 
     @property
     def explored_m2(self) -> float:
-        """Explored area so far, see :mod:`swarmscout.mission.judging`."""
+        """Explored area so far, see :mod:`swarmscout.mission.metrics`."""
         return self.judge.explored_m2
 
     @property

@@ -14,7 +14,7 @@ from swarmscout.mission.scenario import Scenario
 from swarmscout.robots.bodies import TICKS, Bodies, to_ticks
 from swarmscout.robots.mesh_sensor import bucket_triangles, scan_mesh
 from swarmscout.robots.range_sensor import RangeSensor, cast_rays, mark_clear
-from swarmscout.worlds.footing import stand
+from swarmscout.worlds.ground_plane import stand
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.world import World
 

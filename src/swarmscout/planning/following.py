@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from swarmscout.core.codes import CHARGE, FORWARD, LEFT, NO_CONTACT, RIGHT, STOP
+from swarmscout.core.enums import CHARGE, FORWARD, LEFT, NO_CONTACT, RIGHT, STOP
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.minds.minds import MODE, TARGET
 from swarmscout.planning.route_table import (

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmscout.core.codes import ROUTE
+from swarmscout.core.enums import ROUTE
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.planning.costs import RouteCosts

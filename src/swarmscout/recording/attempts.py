@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swarmscout.core.errors import RunError
-from swarmscout.core.model import Attempt, Message
+from swarmscout.core.language_model import Attempt, Message
 from swarmscout.core.recorder import Decision
-from swarmscout.recording.parts import write_whole
+from swarmscout.recording.table_files import write_whole
 from swarmscout.recording.tables import schema_of
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, WorldError
-from swarmscout.core.model import Model
+from swarmscout.core.language_model import Model
 from swarmscout.core.recorder import Recorder, StepRecord
-from swarmscout.core.rules import RuleKind
+from swarmscout.core.registry import Registry
 from swarmscout.destinations.registry import RECOMMENDED, SELECTORS
 from swarmscout.destinations.selector import Selector
 from swarmscout.mission.mission import Links, Mission
@@ -117,7 +117,7 @@ def _text(name: str, given: object) -> str:
     return str(given)
 
 
-def _handed_over(kind: RuleKind[R], key: str, given: object, more: dict[str, Any]) -> R | None:
+def _handed_over(kind: Registry[R], key: str, given: object, more: dict[str, Any]) -> R | None:
     """A rule out of its class or an object; None for a name."""
     if isinstance(given, str):
         return None

@@ -19,7 +19,7 @@ from swarmscout.core.errors import RunError
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.exchange import merge_versions
 from swarmscout.mapping.log_odds import InverseSensorModel
-from swarmscout.mission.setup import make_model
+from swarmscout.mission.build import make_model
 
 if TYPE_CHECKING:
     from swarmscout.recording.run import Run
@@ -36,7 +36,7 @@ class GatheredEvidence:
         robots: N.
         steps: the last step that is here; 0 at first.
         ends: int64[>= steps + 1, N]; cells, increments: int32[>= entries]: see
-            :func:`swarmscout.recording.hearing.take_in`.
+            :func:`swarmscout.recording.evidence_replay.take_in`.
     """
 
     def __init__(self, robots: int) -> None:
@@ -155,7 +155,7 @@ class OwnMaps:
     def advance(self, step: int) -> None:
         """Bring the maps forward to a step, at most the last that was gathered."""
         # Late: a mission does not need this kernel, and should not wait for it or speak of it.
-        from swarmscout.recording.hearing import take_in
+        from swarmscout.recording.evidence_replay import take_in
 
         merged = np.empty_like(self.versions)
         gathered = self._gathered

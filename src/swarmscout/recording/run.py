@@ -19,13 +19,13 @@ from swarmscout.core.errors import RunError, ScenarioError
 from swarmscout.core.grid import GridFrame
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import load_scenario
+from swarmscout.recording.archive_world import give_world_back
 from swarmscout.recording.attempts import TEXTS
-from swarmscout.recording.kept_world import give_world_back
 from swarmscout.recording.own_maps import check_robot, own_maps_of
-from swarmscout.recording.parts import AT_ONCE, read_table, read_whole_table
 from swarmscout.recording.run_folder import as_path
+from swarmscout.recording.table_files import AT_ONCE, read_table, read_whole_table
 from swarmscout.recording.tables import FORMAT, LEVELS, OWN_MAPS, empty_table
-from swarmscout.worlds.footing import pitch_and_roll, stand
+from swarmscout.worlds.ground_plane import pitch_and_roll, stand
 
 if TYPE_CHECKING:
     import polars as pl
@@ -198,7 +198,7 @@ class Run:
 
     @property
     def events(self) -> pl.DataFrame:
-        """A row per event; ``swarmscout.core.codes`` says what ``other`` and ``value`` mean."""
+        """A row per event; ``swarmscout.core.enums`` says what ``other`` and ``value`` mean."""
         return self.table("events")
 
     @property

@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from swarmscout.core.codes import ACTIONS, CAUSES, EVENTS, MODES
+from swarmscout.core.enums import ACTIONS, CAUSES, EVENTS, MODES
 from swarmscout.core.errors import RunError, did_you_mean
 
 if TYPE_CHECKING:

@@ -1,7 +1,6 @@
 """The writer of runs: a recorder that keeps a mission in a folder, or in memory.
 
-Rows gather in a :class:`~swarmscout.recording.chunk.Chunk` and leave it as a part of each table
-every fifty steps. ``run.json`` appears when a mission has begun, ``summary.json`` when it has
+Rows gather in a ``row_buffer.Chunk``, which is written as a part of each table every fifty steps. ``run.json`` appears when a mission has begun, ``summary.json`` when it has
 finished; both are renamed into place when all that they promise is there.
 """
 
@@ -18,13 +17,13 @@ import numpy as np
 from swarmscout.core.errors import RunError
 from swarmscout.core.recorder import StepRecord
 from swarmscout.mission.scenario_files import scenario_toml
+from swarmscout.recording.archive_rules import keep_rules
+from swarmscout.recording.archive_world import keep_world
 from swarmscout.recording.archives import array_files, zipped
 from swarmscout.recording.attempts import Texts
-from swarmscout.recording.chunk import Chunk, plain
-from swarmscout.recording.kept_rules import keep_rules
-from swarmscout.recording.kept_world import keep_world
-from swarmscout.recording.parts import join_parts, write_at_once, write_part, write_whole
+from swarmscout.recording.row_buffer import Chunk, plain
 from swarmscout.recording.run_folder import as_path, claim_folder
+from swarmscout.recording.table_files import join_parts, write_at_once, write_part, write_whole
 from swarmscout.recording.tables import FORMAT, LEVELS, OWN_MAPS, PART_STEPS, check_level
 
 if TYPE_CHECKING:

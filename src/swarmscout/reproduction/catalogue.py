@@ -13,8 +13,8 @@ from swarmscout.mission.mission import RULES_VERSION
 from swarmscout.reproduction import comparing, missions, sensing
 from swarmscout.reproduction.options import LLM_LIKE, Options
 from swarmscout.reproduction.reasoning import reasoning
-from swarmscout.studies.blocks import Block, Code, Heading, Text
 from swarmscout.studies.report import write_pages
+from swarmscout.studies.report_elements import Block, Code, Heading, Text
 
 __all__ = ["FIGURES", "PaperFigure", "command_of", "figures_named", "reproduce"]
 

@@ -9,16 +9,16 @@ import polars as pl
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from swarmscout.recording.parts import read_table
+from swarmscout.recording.table_files import read_table
 from swarmscout.reproduction.options import Options, said_of, study_named
-from swarmscout.studies.blocks import Block, Heading, Picture, Table, Text
 from swarmscout.studies.comparison import Pairs, arms_of, compare
 from swarmscout.studies.figures import curves_figure, style_of
+from swarmscout.studies.formatting import p_words, with_interval
 from swarmscout.studies.intervals import Estimate, by_unit, mean_interval
 from swarmscout.studies.report import write_report
+from swarmscout.studies.report_elements import Block, Heading, Picture, Table, Text
 from swarmscout.studies.study import Study
 from swarmscout.studies.table import curves
-from swarmscout.studies.words import p_words, with_interval
 
 __all__ = ["llm_vs_baseline", "target_stats"]
 

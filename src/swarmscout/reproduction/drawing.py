@@ -9,7 +9,7 @@ import polars as pl
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import UNKNOWN
+from swarmscout.core.enums import UNKNOWN
 from swarmscout.recording.run import Run
 from swarmscout.viewing.map_picture import (
     CHARGE_GREEN,

@@ -7,11 +7,11 @@ import polars as pl
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import FREE
+from swarmscout.core.enums import FREE
 from swarmscout.recording.run import Run
 from swarmscout.reproduction.drawing import draw_map, draw_robots, known_window, robots_at
 from swarmscout.reproduction.options import Options, run_mission, said_of
-from swarmscout.studies.blocks import Block, Picture, Table, Text
+from swarmscout.studies.report_elements import Block, Picture, Table, Text
 from swarmscout.viewing.map_picture import labels_at
 
 __all__ = ["baseline", "scale_50", "scale_100", "team_formation"]

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from swarmscout.destinations.asking import AskingSelector, Talk
 from swarmscout.destinations.selector import Choice, Selector
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.reproduction.options import Options, said_of
-from swarmscout.studies.blocks import Block, Picture, Table, Text
+from swarmscout.studies.report_elements import Block, Picture, Table, Text
 from swarmscout.viewing.map_picture import (
     DESTINATION_PURPLE,
     FREE_WHITE,

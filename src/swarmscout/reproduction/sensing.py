@@ -12,7 +12,7 @@ from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.reproduction.drawing import draw_probabilities, draw_robots, known_window
 from swarmscout.reproduction.options import Options, run_mission
-from swarmscout.studies.blocks import Block, Picture, Text
+from swarmscout.studies.report_elements import Block, Picture, Text
 
 __all__ = ["gridmap", "sensor"]
 

@@ -11,8 +11,8 @@ from swarmscout.core.streams import stream
 from swarmscout.robots.bodies import TICKS, heading_table
 from swarmscout.robots.mesh_sensor import bucket_triangles, scan_mesh
 from swarmscout.robots.range_sensor import RangeSensor, cast_rays
-from swarmscout.worlds.footing import stand
-from swarmscout.worlds.reach import standing_places
+from swarmscout.worlds.ground_plane import stand
+from swarmscout.worlds.reachability import standing_places
 from swarmscout.worlds.world import World
 
 __all__ = ["Agreement", "sensing_agreement"]

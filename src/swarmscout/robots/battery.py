@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarmscout.core.codes import STRANDED
+from swarmscout.core.enums import STRANDED
 from swarmscout.core.jit import kernel
 
 __all__ = ["spend_or_charge"]

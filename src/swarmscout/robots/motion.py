@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import FORWARD, LEFT, NO_CONTACT, RIGHT, ROBOT_CONTACT, WALL_CONTACT
+from swarmscout.core.enums import FORWARD, LEFT, NO_CONTACT, RIGHT, ROBOT_CONTACT, WALL_CONTACT
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.robots.bodies import Bodies
 from swarmscout.worlds.world import World

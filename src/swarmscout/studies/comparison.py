@@ -123,7 +123,7 @@ def metric_of(study: Study, frame: pl.DataFrame, metric: str) -> NDArray[np.floa
     """float64[missions]: a metric, NaN where there is none.
 
     A time that was not reached counts as the mission's length: it is a mean restricted to it. What
-    is lost by that, :mod:`swarmscout.studies.times` shows.
+    is lost by that, :mod:`swarmscout.studies.survival` shows.
     """
     import polars as pl
 

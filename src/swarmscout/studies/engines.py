@@ -1,6 +1,7 @@
 """What missions run on: processes of this machine, or a Dask cluster.
 
-Both are a ``concurrent.futures.Executor``; :mod:`swarmscout.studies.running` knows no more of them.
+Both are a ``concurrent.futures.Executor``, which is all that
+:mod:`swarmscout.studies.scheduler` needs to know.
 """
 
 from __future__ import annotations

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, StudyError
-from swarmscout.recording.parts import write_whole
-from swarmscout.studies.blocks import Block, Picture
-from swarmscout.studies.pages import figure_bytes, html_page, markdown_page
+from swarmscout.recording.table_files import write_whole
+from swarmscout.studies.report_elements import Block, Picture
+from swarmscout.studies.report_render import figure_bytes, html_page, markdown_page
 from swarmscout.studies.table import curves, missions_table
 
 if TYPE_CHECKING:

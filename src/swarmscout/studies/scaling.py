@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from swarmscout.studies.blocks import Block, Heading, Picture
 from swarmscout.studies.comparison import arms_of
 from swarmscout.studies.figures import scaling_figure
+from swarmscout.studies.formatting import told_setting
 from swarmscout.studies.metrics import METRICS
+from swarmscout.studies.report_elements import Block, Heading, Picture
 from swarmscout.studies.study_file import Axis
-from swarmscout.studies.words import told_setting
 
 if TYPE_CHECKING:
     import polars as pl

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.studies.blocks import Block, Code, Heading, Picture, Table, Text, Warn
 from swarmscout.studies.comparison import Arm, Pairs, arms_of, compare, compare_arms
 from swarmscout.studies.figures import (
     MOST_PANELS,
@@ -18,12 +17,7 @@ from swarmscout.studies.figures import (
     differences_figure,
     profiles_figure,
 )
-from swarmscout.studies.intervals import FEW_UNITS, MANY_UNITS
-from swarmscout.studies.measures import language_model_table, measures_table, times_table
-from swarmscout.studies.metrics import METRICS
-from swarmscout.studies.scaling import scaling_pictures
-from swarmscout.studies.study_file import dotted
-from swarmscout.studies.words import (
+from swarmscout.studies.formatting import (
     number,
     p_words,
     share,
@@ -31,6 +25,12 @@ from swarmscout.studies.words import (
     told_world,
     with_interval,
 )
+from swarmscout.studies.intervals import FEW_UNITS, MANY_UNITS
+from swarmscout.studies.metrics import METRICS
+from swarmscout.studies.report_elements import Block, Code, Heading, Picture, Table, Text, Warn
+from swarmscout.studies.report_tables import language_model_table, measures_table, times_table
+from swarmscout.studies.scaling import scaling_pictures
+from swarmscout.studies.study_file import dotted
 
 if TYPE_CHECKING:
     import polars as pl

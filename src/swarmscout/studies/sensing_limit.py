@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import FORWARD
+from swarmscout.core.enums import FORWARD
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.robots.bodies import TICKS

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from swarmscout.core.errors import RunError, StudyError
-from swarmscout.recording.parts import write_whole
+from swarmscout.recording.table_files import write_whole
 
 __all__ = ["Failure", "StudyFolder"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, StudyError
-from swarmscout.recording.parts import read_table
+from swarmscout.recording.table_files import read_table
 from swarmscout.studies.metrics import METRICS, SHARES
 from swarmscout.studies.plan import Planned
 from swarmscout.studies.sensing_limit import sensing_limit_m2

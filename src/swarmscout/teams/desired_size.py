@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.blame import told
-from swarmscout.core.codes import CHARGE
+from swarmscout.core.enums import CHARGE
 from swarmscout.core.errors import PolicyError
 from swarmscout.core.jit import kernel
+from swarmscout.core.tracebacks import describe_error
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import DESIRED, MODE, Minds
 from swarmscout.teams.policy import LARGEST, DesiredSizePolicy
@@ -61,7 +61,7 @@ class DesiredSizes:
             answer = self.policy.desired(view)
         except (Exception, SystemExit) as error:
             raise PolicyError(
-                f"policy '{self.name}' failed in step {step}: {told(error)}"
+                f"policy '{self.name}' failed in step {step}: {describe_error(error)}"
             ) from error
         try:
             sizes = checked_sizes(answer, len(view))

@@ -16,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import CHARGE, JOIN, LEAVE
-from swarmscout.core.codes import LEADER as LEADER_EVENT
+from swarmscout.core.enums import CHARGE, JOIN, LEAVE
+from swarmscout.core.enums import LEADER as LEADER_EVENT
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.minds.minds import (
     DESIRED,

@@ -1,4 +1,4 @@
-"""Policies for the desired team size by name: see :mod:`swarmscout.core.rules`.
+"""Policies for the desired team size by name: see :mod:`swarmscout.core.registry`.
 
 Other packages register theirs under the entry point group ``swarmscout.policies``.
 """
@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from swarmscout.core.errors import PolicyError
-from swarmscout.core.rules import RuleKind
+from swarmscout.core.registry import Registry
 from swarmscout.teams.by_crowd import ByCrowd
 from swarmscout.teams.by_mode import ByMode
 from swarmscout.teams.policy import DesiredSizePolicy
 
 __all__ = ["POLICIES", "make_policy", "policies"]
 
-POLICIES: RuleKind[DesiredSizePolicy] = RuleKind(
+POLICIES: Registry[DesiredSizePolicy] = Registry(
     noun="policy",
     method="desired(view)",
     face=DesiredSizePolicy,  # type: ignore[type-abstract]

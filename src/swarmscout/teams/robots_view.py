@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import CHARGE
+from swarmscout.core.enums import CHARGE
 from swarmscout.core.jit import kernel
 from swarmscout.mapping.occupancy import FRONTIER, OccupancyGrids
 from swarmscout.minds.minds import DESIRED, LEADER, MODE, SIZE, STEP, TEAM, Minds

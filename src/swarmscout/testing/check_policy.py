@@ -13,9 +13,9 @@ from swarmscout.core.errors import PolicyError
 from swarmscout.teams.policy import LARGEST, DesiredSizePolicy
 from swarmscout.teams.registry import POLICIES
 from swarmscout.teams.robots_view import RobotsView
-from swarmscout.testing.asking_policies import answered
+from swarmscout.testing.harness import how_it_went, instance_of, report_text
+from swarmscout.testing.instrumented_policy import answered
 from swarmscout.testing.policy_situations import PolicySituation, policy_situations, short_mission
-from swarmscout.testing.trying import how_it_went, instance_of, report_text
 
 __all__ = ["PolicyReport", "check_policy"]
 

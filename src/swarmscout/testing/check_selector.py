@@ -13,14 +13,14 @@ from typing import Any
 from swarmscout.core.errors import SelectorError
 from swarmscout.destinations.registry import SELECTORS
 from swarmscout.destinations.selector import Choice, Selector
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.testing.fingerprints import fingerprint
+from swarmscout.testing.harness import how_it_went, instance_of, report_text
+from swarmscout.testing.instrumented_view import asked, checked_answer
 from swarmscout.testing.situations import situations
 from swarmscout.testing.small_worlds import small_world
-from swarmscout.testing.trying import how_it_went, instance_of, report_text
-from swarmscout.testing.watching import asked, checked_answer
 
 __all__ = ["SelectorReport", "check_selector"]
 

@@ -9,10 +9,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import CHARGE
+from swarmscout.core.enums import CHARGE
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import MODE, blank_minds
-from swarmscout.mission import setup
+from swarmscout.mission import build
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.teams.policy import DesiredSizePolicy
@@ -111,6 +111,6 @@ def _after(
 
 def _blank(seed: int) -> RobotsView:
     robots, scenario = 4, Scenario()
-    frame = setup.make_frame(small_world(seed), scenario)
-    grids = OccupancyGrids(frame, robots, setup.make_model(scenario), 8)
+    frame = build.make_frame(small_world(seed), scenario)
+    grids = OccupancyGrids(frame, robots, build.make_model(scenario), 8)
     return RobotsView(blank_minds(robots, shared=False), grids, 1, DESIRED_SIZE)

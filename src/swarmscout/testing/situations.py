@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.comms.beacons import exchange_beacons
-from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.streams import stream
 from swarmscout.destinations.selector import Choice
+from swarmscout.destinations.view import LeaderView
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import DESTINATION, DUE_AT, LEADER, SIZE, TEAM, blank_minds
-from swarmscout.minds.view import LeaderView
-from swarmscout.mission import setup
+from swarmscout.mission import build
 from swarmscout.mission.scenario import Scenario
 from swarmscout.robots.bodies import heading_table
 
@@ -61,14 +61,14 @@ def leader_view(
         seed: of the leader's random streams, and of what the map's evidence is in detail.
 
     Returns:
-        What :class:`swarmscout.destinations.deciding.Destinations` shows in a mission.
+        What :class:`swarmscout.destinations.selection.Destinations` shows in a mission.
     """
     rows, columns = labels.shape
     places = [leader, *members, *(place for place, _ in others)]
     robots, team = len(places), 1 + len(members)
     scenario = Scenario(robots=robots, seed=seed)
     frame = GridFrame(-2.0, 3.0, scenario.map.cell_m, rows, columns)
-    model = setup.make_model(scenario)
+    model = build.make_model(scenario)
     grids = OccupancyGrids(frame, 1, model, scenario.map.frontier_neighbours)
     known = np.flatnonzero(labels != UNKNOWN)
     amounts = stream(seed, "evidence").integers(900, 4000, len(known))
@@ -90,11 +90,11 @@ def leader_view(
     links = np.zeros((1, 1), dtype=np.bool_)
     exchange_beacons(minds, links, step)
 
-    planner = setup.make_planner(
+    planner = build.make_planner(
         scenario, frame, 1, model, minds.reading[:1, :2].copy(), heading_table()
     )
     witness = _Witness()
-    destinations = setup.make_destinations(scenario, None)
+    destinations = build.make_destinations(scenario, None)
     destinations.selector = witness
     events = np.zeros((8 * robots + 16, 4), dtype=np.int64)
     destinations.decide(minds, grids, planner, links, step, events, np.zeros(1, dtype=np.int64))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from swarmscout.core.codes import FREE
+from swarmscout.core.enums import FREE
 from swarmscout.viewing import sprites
 from swarmscout.viewing.map_picture import frontier_cells
 from swarmscout.viewing.overview import DARK, Overview

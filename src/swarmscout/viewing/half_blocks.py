@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import CHARGE, FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.enums import CHARGE, FREE, OCCUPIED, UNKNOWN
 from swarmscout.viewing.map_picture import frontier_cells
 
 if TYPE_CHECKING:

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.errors import RunError
 from swarmscout.mapping.log_odds import log_odds_of
-from swarmscout.recording.parts import write_whole
 from swarmscout.recording.run import Run
+from swarmscout.recording.table_files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

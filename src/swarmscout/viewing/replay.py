@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import CHARGE, FREE, MODES, OCCUPIED, UNKNOWN
+from swarmscout.core.enums import CHARGE, FREE, MODES, OCCUPIED, UNKNOWN
 from swarmscout.core.errors import RunError
 from swarmscout.mapping.log_odds import log_odds_of
 from swarmscout.recording.own_maps import check_robot, own_maps_of

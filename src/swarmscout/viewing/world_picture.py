@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, WorldError
-from swarmscout.recording.parts import write_whole
-from swarmscout.worlds.placing import place_robots, place_stations
-from swarmscout.worlds.reach import reachable
+from swarmscout.recording.table_files import write_whole
+from swarmscout.worlds.placement import place_robots, place_stations
+from swarmscout.worlds.reachability import reachable
 from swarmscout.worlds.starts import start_of
 from swarmscout.worlds.world import World
 

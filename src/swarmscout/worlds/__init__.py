@@ -15,8 +15,8 @@ from swarmscout.worlds.folder import load_folder, save_world
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.meshes.tube_mesh import tube_mesh
 from swarmscout.worlds.meshes.writing import write_mesh
-from swarmscout.worlds.placing import place_robots, place_stations
-from swarmscout.worlds.reach import reachable
+from swarmscout.worlds.placement import place_robots, place_stations
+from swarmscout.worlds.reachability import reachable
 from swarmscout.worlds.tube import generate_tube
 from swarmscout.worlds.tube_parameters import TubeParameters
 from swarmscout.worlds.world import World

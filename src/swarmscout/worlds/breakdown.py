@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.streams import stream
-from swarmscout.worlds.fields import Lattice
+from swarmscout.worlds.noise import Lattice
 from swarmscout.worlds.passages import Passage
 from swarmscout.worlds.tube_parameters import TubeParameters
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from swarmscout.core.errors import WorldError
-from swarmscout.worlds.placing import place_robots, place_stations
-from swarmscout.worlds.reach import standing_places
+from swarmscout.worlds.placement import place_robots, place_stations
+from swarmscout.worlds.reachability import standing_places
 from swarmscout.worlds.resampling import check_length
 from swarmscout.worlds.world import World
 

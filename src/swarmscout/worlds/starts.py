@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from swarmscout.core.errors import WorldError
-from swarmscout.worlds.discs import fits, parts
+from swarmscout.worlds.morphology import fits, parts
 from swarmscout.worlds.world import World
 
 __all__ = ["start_of"]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError
-from swarmscout.worlds.discs import fits
-from swarmscout.worlds.reach import distance_along_ground, standing_places, start_cell
+from swarmscout.worlds.morphology import fits
+from swarmscout.worlds.reachability import distance_along_ground, standing_places, start_cell
 from swarmscout.worlds.world import World
 
 __all__ = ["derive_stations"]

@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from swarmscout.core.streams import stream
 from swarmscout.worlds.breakdown import fallen_blocks, pillars
-from swarmscout.worlds.fields import Lattice, as_floats, noise_field
+from swarmscout.worlds.noise import Lattice, as_floats, noise_field
 from swarmscout.worlds.passages import Passage
 from swarmscout.worlds.tube_maze import plan_maze
 from swarmscout.worlds.tube_parameters import TubeParameters

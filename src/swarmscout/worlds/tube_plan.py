@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.streams import stream
-from swarmscout.worlds.fields import as_floats
+from swarmscout.worlds.noise import as_floats
 from swarmscout.worlds.passages import Passage, Rock, smooth_noise, walk
 from swarmscout.worlds.tube_parameters import TubeParameters
 

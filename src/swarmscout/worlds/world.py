@@ -33,7 +33,7 @@ class World:
         origin_m: ``(x, y)`` of the lower left corner of the raster, in metres.
         start_m: ``(x, y)`` of the point round which a mission starts, in metres.
         stations_m: float64[k, 2], charging stations set by hand, or None: derived for a
-            number of robots by :func:`swarmscout.worlds.placing.place_stations`.
+            number of robots by :func:`swarmscout.worlds.placement.place_stations`.
         ground_m: float32[rows, cols] height of the ground, or None for a flat floor at 0.
         ceiling_m: float32[rows, cols] height of the ceiling, or None for open sky.
         mesh: the cave's surface in 3D, for exact sensing, or None.

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.destinations.llm.encoded import Encoded
 from swarmscout.destinations.llm.maps import encode_ascii, encode_cells, encode_rows
+from swarmscout.destinations.llm.prompt_data import Encoded
 from swarmscout.destinations.llm.tables import encode_clusters, encode_frontiers
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["ENCODINGS", "Encoder"]
 

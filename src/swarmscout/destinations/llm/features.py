@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["FEATURES", "columns_of"]
 
@@ -29,7 +29,7 @@ def columns_of(view: LeaderView, features: str) -> dict[str, NDArray[np.float64]
         "obstacle_neighbours": view.obstacle_neighbours.astype(np.float64),
     }
     if features == "full":
-        columns["way_m"] = np.round(view.walk_m, 1)
+        columns["way_m"] = np.round(view.path_length_m, 1)
         columns["turn_deg"] = np.round(view.turns_rad * (180.0 / np.pi))
         columns["unknown_m2"] = np.round(view.unknown_m2(2.0), 1)
         columns["nearest_other_destination_m"] = np.round(_to_others(view), 1)

@@ -11,13 +11,13 @@ import numpy as np
 
 from swarmscout.core.errors import did_you_mean
 from swarmscout.destinations.asking import Talk
+from swarmscout.destinations.llm.dialogue import Outcome, converse, question
 from swarmscout.destinations.llm.encodings import ENCODINGS
 from swarmscout.destinations.llm.features import FEATURES
+from swarmscout.destinations.llm.history import Remembered
 from swarmscout.destinations.llm.prompts import Prompt, load_prompt
-from swarmscout.destinations.llm.remembered import Remembered
-from swarmscout.destinations.llm.talk import Outcome, converse, question
 from swarmscout.destinations.selector import Choice, Selector
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Llm", "at_least", "by_rule", "one_of", "rule_of", "settled"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import FREE, OCCUPIED
-from swarmscout.destinations.llm.encoded import (
+from swarmscout.core.enums import FREE, OCCUPIED
+from swarmscout.destinations.llm.prompt_data import (
     Candidate,
     Encoded,
     cell_name,
@@ -15,7 +15,7 @@ from swarmscout.destinations.llm.encoded import (
 )
 from swarmscout.destinations.llm.tables import encode_frontiers
 from swarmscout.destinations.llm.tokens import estimate_tokens
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["encode_ascii", "encode_cells", "encode_rows"]
 

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 
 from swarmscout.destinations.asking import Talk
-from swarmscout.destinations.llm.encoded import Candidate, Encoded
+from swarmscout.destinations.llm.dialogue import converse, question
 from swarmscout.destinations.llm.features import FEATURES, columns_of
+from swarmscout.destinations.llm.history import Remembered
 from swarmscout.destinations.llm.llm import at_least, by_rule, one_of, rule_of, settled
+from swarmscout.destinations.llm.prompt_data import Candidate, Encoded
 from swarmscout.destinations.llm.prompts import Prompt, load_prompt
-from swarmscout.destinations.llm.remembered import Remembered
 from swarmscout.destinations.llm.tables import number
-from swarmscout.destinations.llm.talk import converse, question
 from swarmscout.destinations.selector import Choice, Selector
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["LlmShortlist", "ShortlistRandom", "best_of"]
 

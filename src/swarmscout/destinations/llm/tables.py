@@ -7,15 +7,15 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.destinations.llm.encoded import (
+from swarmscout.destinations.llm.features import columns_of
+from swarmscout.destinations.llm.prompt_data import (
     Candidate,
     Encoded,
     cell_name,
     lines_within,
     names_of,
 )
-from swarmscout.destinations.llm.features import columns_of
-from swarmscout.minds.view import LeaderView
+from swarmscout.destinations.view import LeaderView
 
 __all__ = ["encode_clusters", "encode_frontiers", "number"]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swarmscout.core.errors import RunError, ViewError, did_you_mean
-from swarmscout.recording.parts import write_whole
+from swarmscout.recording.table_files import write_whole
 from swarmscout.viewing.figures.caves import cave_and_map, cave_overview
 from swarmscout.viewing.figures.curves import explored_area
 from swarmscout.viewing.figures.maps import growing_map, team_map

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import CONTACT, EVENTS
+from swarmscout.core.enums import CONTACT, EVENTS
 from swarmscout.robots.bodies import TICKS
 from swarmscout.viewing.player.packets import differences, pack, smallest, with_differences
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swarmscout.core.errors import ViewError
-from swarmscout.recording.parts import write_whole
+from swarmscout.recording.table_files import write_whole
 from swarmscout.viewing.player.beliefs import chosen_robots, packed_beliefs
 from swarmscout.viewing.player.page import one_file
 from swarmscout.viewing.player.recorded import player_data

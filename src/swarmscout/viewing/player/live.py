@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.recorder import Decision, StepRecord
-from swarmscout.recording.chunk import plain
 from swarmscout.recording.own_maps import GatheredEvidence, OwnMaps
+from swarmscout.recording.row_buffer import plain
 from swarmscout.viewing.player.beliefs import Beliefs
 from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, robot_columns
 from swarmscout.viewing.player.questions import questions_live

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.codes import ACTIONS, CAUSES, EVENTS, MODES
+from swarmscout.core.enums import ACTIONS, CAUSES, EVENTS, MODES
 from swarmscout.core.errors import RunError
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import log_odds_of

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from swarmscout.core.streams import stream
-from swarmscout.worlds.fields import as_floats
 from swarmscout.worlds.meshes.surfacing import Triangles
 from swarmscout.worlds.meshes.tube_surface import breakdown_cells
+from swarmscout.worlds.noise import as_floats
 from swarmscout.worlds.tube import TubeFields
 from swarmscout.worlds.tube_parameters import TubeParameters
 

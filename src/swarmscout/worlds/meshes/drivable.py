@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.arrays import world_from_array
-from swarmscout.worlds.discs import fits, parts
-from swarmscout.worlds.meshes.flooding import Flooded
+from swarmscout.worlds.meshes.flood_fill import Flooded
 from swarmscout.worlds.meshes.ground import flanks, ground_under
+from swarmscout.worlds.morphology import fits, parts
 from swarmscout.worlds.starts import start_of
 
 __all__ = ["Drivable", "drivable"]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.jit import kernel
-from swarmscout.worlds.discs import covered_by
+from swarmscout.worlds.morphology import covered_by
 
 __all__ = ["Ground", "flanks", "ground_under"]
 

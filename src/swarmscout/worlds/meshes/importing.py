@@ -19,18 +19,18 @@ from numpy.typing import NDArray
 from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.arrays import world_from_array
-from swarmscout.worlds.meshes.choosing import Chosen, choose
+from swarmscout.worlds.meshes.alignment import Framed, framed
 from swarmscout.worlds.meshes.cleaning import Cleaned, cleaned
-from swarmscout.worlds.meshes.columns import Spans, find_spans
 from swarmscout.worlds.meshes.drivable import Drivable, drivable
 from swarmscout.worlds.meshes.files import read_mesh_file
-from swarmscout.worlds.meshes.flooding import Flooded, flooded
-from swarmscout.worlds.meshes.framing import Framed, framed
-from swarmscout.worlds.meshes.links import link
+from swarmscout.worlds.meshes.flood_fill import Flooded, flooded
+from swarmscout.worlds.meshes.level_selection import Chosen, choose
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.meshes.report import ImportReport, passage_widths_m
+from swarmscout.worlds.meshes.span_graph import link
+from swarmscout.worlds.meshes.span_heightfield import Spans, find_spans
 from swarmscout.worlds.meshes.walls import find_walls
-from swarmscout.worlds.reach import reachable
+from swarmscout.worlds.reachability import reachable
 from swarmscout.worlds.resampling import FINEST_CELLS, check_length
 from swarmscout.worlds.world import World
 

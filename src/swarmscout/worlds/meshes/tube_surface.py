@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from swarmscout.core.streams import stream
-from swarmscout.worlds.fields import noise_field
 from swarmscout.worlds.meshes.skylights import Skylight, shaft
+from swarmscout.worlds.noise import noise_field
 from swarmscout.worlds.tube import (
     LOWEST_M,
     ROOF_SWELLS,

@@ -5,15 +5,15 @@ import { THEMES } from "./colours.js";
 import { Curves } from "./curves.js";
 import { Decisions } from "./decisions.js";
 import { MapView } from "./map.js";
-import { hearPointer, savePicture } from "./pointing.js";
+import { hearPointer, savePicture } from "./pointer.js";
 import { drawsWith, SceneView } from "./scene.js";
 import { listen, loadMissions } from "./sources.js";
 import { OwnMap, tellWhose } from "./ownmap.js";
 import { element } from "./elements.js";
-import { aboutRobot, aboutRun, toldState } from "./telling.js";
+import { aboutRobot, aboutRun, toldState } from "./describe.js";
 import { teamsOf } from "./teams.js";
 import { Timeline } from "./timeline.js";
-import { hearKeys, readLink, writeLink } from "./typing.js";
+import { hearKeys, readLink, writeLink } from "./keyboard.js";
 
 const $ = (id) => document.getElementById(id);
 

@@ -5,7 +5,7 @@ import { OrbitControls } from "./vendor/OrbitControls.js";
 import { Sheet } from "./canvas.js";
 import { drawOverlay } from "./overlay.js";
 import { Robots } from "./robots.js";
-import { StillTerrain } from "./still.js";
+import { StillTerrain } from "./terrain_cpu.js";
 import { Terrain } from "./terrain.js";
 
 const SLOW_MS = 60; // a frame that takes longer is not fluent

@@ -1,0 +1,201 @@
+"""Rules by name: those of the package, of other packages, and of a user's own file.
+
+A *kind* of rule (selectors, policies) has a noun, an error, and a face. Other packages register
+theirs under the kind's entry point group. A class in a file is named ``path/to/file.py:ClassName``.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import reprlib
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from hashlib import blake2b
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from swarmscout.core.errors import SwarmscoutError, did_you_mean
+from swarmscout.core.parameters import check_parameters
+from swarmscout.core.tracebacks import describe_error
+
+__all__ = ["IN_MEMORY", "Registry", "rule_name"]
+
+IN_MEMORY = "object:"
+"""A scenario names a rule that was handed over as an object by this and its class."""
+
+R = TypeVar("R")
+
+
+@dataclass(frozen=True)
+class Registry(Generic[R]):
+    """All rules of one kind.
+
+    Attributes:
+        noun: what one is called: "selector".
+        method: its method, as an author writes it: "choose(view, memory)".
+        face: the protocol that a rule has to meet; checked at run time.
+        error: raised for whatever is wrong with one.
+        group: of entry points, where other packages register theirs.
+        built_in: the package's own, by name.
+    """
+
+    noun: str
+    method: str
+    face: type[R]
+    error: type[SwarmscoutError]
+    group: str
+    built_in: Mapping[str, type]
+
+    def names(self) -> dict[str, str]:
+        """Names of all that can be used by name, each with one line on what it does."""
+        lines = {name: (kind.__doc__ or "").splitlines()[0] for name, kind in self.built_in.items()}
+        for name, point in self._plugins().items():
+            lines[name] = f"from {point.dist.name if point.dist else point.value}"
+        return lines
+
+    def make(
+        self, name: str, parameters: Mapping[str, Any] | None = None, base: Path | None = None
+    ) -> R:
+        """Make the rule behind a name; a file is run for that.
+
+        Args:
+            name: one of :meth:`names`, or ``file.py:ClassName``.
+            parameters: keyword arguments for its class.
+            base: the folder that a relative file is looked for in, besides the working directory.
+
+        Raises:
+            SwarmscoutError: the kind's own error: there is no such rule, or it does not take these
+                parameters.
+        """
+        kind = self._kind(name, base)
+        if not callable(kind):
+            raise self.error(f"'{name}' is no {self.noun}: it is {reprlib.repr(kind)}, not a class")
+        return self.make_object(kind, name, parameters or {})
+
+    def make_object(self, kind: Callable[..., Any], name: str, parameters: Mapping[str, Any]) -> R:
+        """Make a rule of its class.
+
+        Args:
+            kind: the class, or a function that makes one.
+            name: what it is called in errors.
+            parameters: keyword arguments.
+
+        Raises:
+            SwarmscoutError: the kind's own error: it does not take these, or is no such rule.
+        """
+        subject = f"{self.noun} '{name}'"
+        check_parameters(subject, kind, parameters, self.error, lengths=name in self.built_in)
+        try:
+            rule = kind(**parameters)
+        except (Exception, SystemExit) as error:
+            if isinstance(error, ValueError):  # Its author's own words on an impossible value.
+                raise self.error(f"{subject}: {error}") from None
+            raise self.error(f"{subject} cannot be made: {describe_error(error)}") from error
+        if not isinstance(rule, self.face):
+            raise self.error(f"'{name}' is no {self.noun}: it has no method {self.method}")
+        return rule
+
+    def check_object(self, rule: object) -> R:
+        """A rule that was handed over as an object.
+
+        Raises:
+            SwarmscoutError: the kind's own error: it is something else, perhaps a class.
+        """
+        if isinstance(rule, type) or not isinstance(rule, self.face):
+            what = f"the class {rule.__name__}" if isinstance(rule, type) else _a(rule)
+            raise self.error(
+                f"{self.noun} is {what}, expected an object with a method {self.method}"
+            )
+        return rule
+
+    def file(self, name: str, base: Path | None = None) -> Path | None:
+        """The file that a rule's name leads to, or None where it names no file.
+
+        Args:
+            name: as for :meth:`make`.
+            base: as there.
+
+        Raises:
+            SwarmscoutError: the kind's own error: there is no such file.
+        """
+        text, colon, _ = name.rpartition(":")
+        if not (colon and text.endswith(".py")):
+            return None
+        path = Path(text).expanduser()
+        candidates = [path] if base is None or path.is_absolute() else [base / path, path]
+        found = next((candidate for candidate in candidates if candidate.is_file()), None)
+        if found is None:
+            raise self.error(f"{self.noun} file '{text}' does not exist")
+        return found
+
+    def _plugins(self) -> dict[str, EntryPoint]:
+        found = entry_points(group=self.group)
+        return {point.name: point for point in found if point.name not in self.built_in}
+
+    def _kind(self, name: str, base: Path | None) -> Any:
+        if name in self.built_in:
+            return self.built_in[name]
+        if name.startswith(IN_MEMORY):
+            raise self.error(
+                f"{self.noun} '{name}' was an object in memory: put its class into a file and name "
+                f"it FILE.py:{name.removeprefix(IN_MEMORY)}"
+            )
+        found = self.file(name, base)
+        if found is not None:
+            return self._from_file(found, name.rpartition(":")[2])
+        if name.endswith(".py"):
+            raise self.error(f"'{name}' names a file but no class in it: write '{name}:ClassName'")
+        plugins = self._plugins()
+        if name not in plugins:
+            known = [*self.built_in, *plugins]
+            raise self.error(f"unknown {self.noun} '{name}': {did_you_mean(name, known)}")
+        try:
+            return plugins[name].load()
+        except (Exception, SystemExit) as error:
+            raise self.error(
+                f"{self.noun} '{name}' ({plugins[name].value}) cannot be loaded: "
+                f"{describe_error(error)}"
+            ) from error
+
+    def _from_file(self, path: Path, attribute: str) -> Any:
+        # A name of its own, so that two files called my.py do not replace each other; dataclasses
+        # look their module up by name.
+        digest = blake2b(str(path.resolve()).encode(), digest_size=8).hexdigest()
+        # The same in every process: Numba looks a cached kernel's module up by its name.
+        module_name = f"swarmscout_user_{digest}"
+        spec = importlib.util.spec_from_file_location(module_name, path)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[module_name] = module
+        try:
+            spec.loader.exec_module(module)
+        except (Exception, SystemExit) as error:
+            del sys.modules[module_name]
+            raise self.error(
+                f"{self.noun} file '{path}' cannot be loaded: {describe_error(error)}"
+            ) from error
+        if not hasattr(module, attribute):
+            classes = [n for n, v in vars(module).items() if inspect.isclass(v)]
+            raise self.error(
+                f"{self.noun} file '{path}' has no '{attribute}': "
+                f"{did_you_mean(attribute, classes)}"
+            )
+        return getattr(module, attribute)
+
+
+def rule_name(name: str) -> str:
+    """What records call a rule: wherever its file lies, by the file's own name.
+
+    Args:
+        name: as a scenario names it.
+    """
+    file, colon, kind = name.rpartition(":")
+    return f"{Path(file).name}{colon}{kind}" if file.endswith(".py") else name
+
+
+def _a(thing: object) -> str:
+    return f"a {type(thing).__name__}"

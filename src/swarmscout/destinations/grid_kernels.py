@@ -1,0 +1,239 @@
+"""What the map says of many frontiers at once: kernels behind the features of a leader's view.
+
+Costs of ways here are lengths over cells that are *known* to be free. A route may also lead through
+unknown cells (see ``planning.search``), but then a search has to look at all of them, which takes
+twenty times as long; for comparing frontiers the known part of the map is enough.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.jit import inlined, kernel
+
+__all__ = ["FAR", "count_around", "count_within", "label_clusters", "locate", "walk"]
+
+LABEL_BITS = 3
+FRONTIER_BIT = 4
+FAR = 2**38
+CELL_BITS = 24
+"""Who waits is one number: the cell in the lower bits and the length of the way above them."""
+
+# Orthogonal neighbours first, then diagonal ones.
+ROW_STEP = np.array([0, 1, 0, -1, 1, 1, -1, -1], dtype=np.int64)
+COL_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1], dtype=np.int64)
+
+
+@kernel
+def locate(flat, ox, oy, cell_m, columns, cells, centres_m):  # type: ignore[no-untyped-def]
+    """Where flat cells lie, as ``GridFrame`` says it, in one go.
+
+    Args:
+        flat: int64[F]; ox, oy, cell_m, columns: the grid's frame.
+        cells: int64[F, 2], centres_m: float64[F, 2], written.
+    """
+    for f in range(flat.shape[0]):
+        row = flat[f] // columns
+        col = flat[f] - row * columns
+        cells[f, 0] = row
+        cells[f, 1] = col
+        centres_m[f, 0] = ox + (col + 0.5) * cell_m
+        centres_m[f, 1] = oy + (row + 0.5) * cell_m
+
+
+@kernel
+def count_around(status, cells, rows, columns, counts):  # type: ignore[no-untyped-def]
+    """Frontier and occupied cells among the 8 neighbours of many cells.
+
+    Args:
+        status: uint8[C'], of one map, see ``OccupancyGrids``.
+        cells: int64[F], flat cells; rows, columns: the grid's shape.
+        counts: int64[2, F], written: frontiers, occupied.
+    """
+    for f in range(cells.shape[0]):
+        row = cells[f] // columns
+        col = cells[f] - row * columns
+        counts[0, f] = 0
+        counts[1, f] = 0
+        for near_row in range(max(0, row - 1), min(rows, row + 2)):
+            for near_col in range(max(0, col - 1), min(columns, col + 2)):
+                if near_row == row and near_col == col:
+                    continue
+                near = status[near_row * columns + near_col]
+                counts[0, f] += near & FRONTIER_BIT != 0
+                counts[1, f] += near & LABEL_BITS == OCCUPIED
+
+
+@kernel
+def count_within(status, cells, half_widths, rows, columns, counts):  # type: ignore[no-untyped-def]
+    """Cells of each kind in a disc round each of many cells; walls do not hide any.
+
+    Args:
+        status: uint8[C'], of one map, see ``OccupancyGrids``.
+        cells: int64[F], flat cells.
+        half_widths: int64[r + 1], how far the disc reaches to each side, 0 … r rows off its centre.
+        rows, columns: the grid's shape.
+        counts: int64[4, F], written: unknown, free, occupied, and those free ones that are
+            frontiers.
+    """
+    reach = half_widths.shape[0] - 1
+    for f in range(cells.shape[0]):
+        row = cells[f] // columns
+        col = cells[f] - row * columns
+        all_of_them = 0
+        unknown = 0
+        occupied = 0
+        frontier = 0
+        for near_row in range(max(0, row - reach), min(rows, row + reach + 1)):
+            half = half_widths[abs(near_row - row)]
+            first = near_row * columns + max(0, col - half)
+            last = near_row * columns + min(columns - 1, col + half)
+            all_of_them += last - first + 1
+            for near in range(first, last + 1):
+                unknown += status[near] == UNKNOWN
+                occupied += status[near] == OCCUPIED
+                frontier += status[near] >= FRONTIER_BIT
+        counts[0, f] = unknown
+        counts[1, f] = all_of_them - unknown - occupied
+        counts[2, f] = occupied
+        counts[3, f] = frontier
+
+
+@inlined
+def _root(labels, f):  # type: ignore[no-untyped-def]
+    while labels[f] != f:
+        labels[f] = labels[labels[f]]
+        f = labels[f]
+    return f
+
+
+@kernel
+def label_clusters(cells, columns, places, labels):  # type: ignore[no-untyped-def]
+    """Groups of frontier cells that touch, corners counted in.
+
+    Args:
+        cells: int64[F], flat frontier cells, ascending; columns: of the grid.
+        places: int32[C], scratch: -1 everywhere, and so it is left.
+        labels: int64[F], written: the cluster's number, counted from 0 in the order of their first
+            cells.
+
+    Returns:
+        How many clusters there are.
+    """
+    size = places.shape[0]
+    for f in range(cells.shape[0]):
+        cell = cells[f]
+        col = cell % columns
+        labels[f] = f
+        for d in range(4):
+            # Left, and the three below: those that come before it.
+            near = cell - 1 if d == 0 else cell - columns + d - 2
+            if (col == 0 and d in (0, 1)) or (col == columns - 1 and d == 3):
+                continue
+            if 0 <= near < size and places[near] >= 0:
+                here = _root(labels, f)
+                there = _root(labels, places[near])
+                labels[max(here, there)] = min(here, there)
+        places[cell] = f
+    for f in range(cells.shape[0]):
+        places[cells[f]] = -1
+        labels[f] = _root(labels, f)
+    n = 0
+    for f in range(cells.shape[0]):
+        # A root comes before all that hang on it, so it has its number when they ask for it.
+        if labels[f] == f:
+            labels[f] = n
+            n += 1
+        else:
+            labels[f] = labels[labels[f]]
+    return n
+
+
+@kernel
+def walk(status, sources, targets, edge, lengths, gate, field, queues, found):  # type: ignore[no-untyped-def]
+    """Lengths of the shortest ways over free cells from the nearest of some cells to many.
+
+    There are only two lengths of a move, so cells wait in two queues, one for each, and each is in
+    order by itself: the search of Dijkstra (1959) without a heap. Corners of occupied cells are not
+    cut. A source may be any cell: whoever stands there can leave it.
+
+    Args:
+        status: uint8[C'], of one map, see ``OccupancyGrids``.
+        sources: int64[S], targets: int64[F], flat cells.
+        edge: bool[rows, columns], whether a cell lies at the grid's edge.
+        lengths: int64[2], of an orthogonal and a diagonal move, in mm.
+        gate: see `found`, in mm.
+        field: int64[C, 2], scratch: FAR in column 0, and so it is left.
+        queues: int64[2, 2 C], scratch: length and cell of those that wait.
+        found: int64[2, F], written: the length in mm, -1 where there is no way; and the cell on the
+            way that is farthest from the source within `gate`.
+    """
+    rows = edge.shape[0]
+    columns = edge.shape[1]
+    at_edge = edge.ravel()
+    straight = queues[0]
+    diagonal = queues[1]
+    head_0 = 0
+    head_1 = 0
+    tail_0 = 0
+    tail_1 = 0
+    for s in range(sources.shape[0]):
+        if field[sources[s], 0] != 0:
+            field[sources[s], 0] = 0
+            field[sources[s], 1] = sources[s]
+            straight[tail_0] = sources[s]
+            tail_0 += 1
+    while head_0 < tail_0 or head_1 < tail_1:
+        if head_1 == tail_1 or (head_0 < tail_0 and straight[head_0] <= diagonal[head_1]):
+            waiting = straight[head_0]
+            head_0 += 1
+        else:
+            waiting = diagonal[head_1]
+            head_1 += 1
+        cell = waiting & ((1 << CELL_BITS) - 1)
+        so_far = waiting >> CELL_BITS
+        if so_far > field[cell, 0]:
+            continue
+        row = 1
+        col = 1
+        if at_edge[cell]:
+            row = cell // columns
+            col = cell - row * columns
+        for d in range(4):
+            if at_edge[cell] and not (
+                0 <= row + ROW_STEP[d] < rows and 0 <= col + COL_STEP[d] < columns
+            ):
+                continue
+            new = cell + ROW_STEP[d] * columns + COL_STEP[d]
+            total = so_far + lengths[0]
+            if total < field[new, 0] and status[new] & LABEL_BITS == FREE:
+                field[new, 0] = total
+                field[new, 1] = new if total <= gate else field[cell, 1]
+                straight[tail_0] = (total << CELL_BITS) | new
+                tail_0 += 1
+        for d in range(4, 8):
+            if at_edge[cell] and not (
+                0 <= row + ROW_STEP[d] < rows and 0 <= col + COL_STEP[d] < columns
+            ):
+                continue
+            new = cell + ROW_STEP[d] * columns + COL_STEP[d]
+            total = so_far + lengths[1]
+            if (
+                total < field[new, 0]
+                and status[new] & LABEL_BITS == FREE
+                and status[cell + COL_STEP[d]] & LABEL_BITS != OCCUPIED
+                and status[cell + ROW_STEP[d] * columns] & LABEL_BITS != OCCUPIED
+            ):
+                field[new, 0] = total
+                field[new, 1] = new if total <= gate else field[cell, 1]
+                diagonal[tail_1] = (total << CELL_BITS) | new
+                tail_1 += 1
+    for t in range(targets.shape[0]):
+        length = field[targets[t], 0]
+        found[0, t] = length if length != FAR else -1
+        found[1, t] = field[targets[t], 1] if length != FAR else targets[t]
+    for e in range(tail_0):
+        field[straight[e] & ((1 << CELL_BITS) - 1), 0] = FAR
+    for e in range(tail_1):
+        field[diagonal[e] & ((1 << CELL_BITS) - 1), 0] = FAR

@@ -1,0 +1,67 @@
+"""What a leader remembers between decisions: its rule's memory, and its last choices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from swarmscout.destinations.llm.prompt_data import cell_name
+from swarmscout.destinations.view import LeaderView
+
+__all__ = ["Remembered"]
+
+_OUTCOMES = {
+    "reached": "reached",
+    "no frontier any more": "explored before you came there",
+    "unreachable": "no way led there",
+    "overdue": "not reached in time",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Remembered:
+    """A leader's memory.
+
+    Attributes:
+        rule: what the rule that decides without a model wants to remember.
+        past: ``(step, cell, reason, outcome)`` of the last decisions, the latest last; the
+            outcome of the latest is not known yet.
+    """
+
+    rule: Any = None
+    past: tuple[tuple[int, tuple[int, int], str, str], ...] = ()
+
+    @classmethod
+    def of(cls, memory: Any) -> Remembered:
+        """A memory as the mission hands it over: none at first, or another rule's."""
+        return memory if isinstance(memory, cls) else cls()
+
+    def known(self, view: LeaderView) -> tuple[tuple[int, tuple[int, int], str, str], ...]:
+        """The past, with what became of the latest decision."""
+        if not self.past:
+            return ()
+        step, cell, reason, outcome = self.past[-1]
+        if not outcome:
+            # Another leader's choice may have come in between: then nothing is known.
+            same = view.previous in (None, cell)
+            outcome = _OUTCOMES.get(view.cause, "given up") if same else "given up"
+        return (*self.past[:-1], (step, cell, reason, outcome))
+
+    def told(self, view: LeaderView, decisions: int) -> str:
+        """The last decisions as lines of a prompt."""
+        if decisions == 0:
+            return ""
+        lines = []
+        for step, cell, reason, outcome in self.known(view)[-decisions:]:
+            why = f" because {reason}" if reason else ""
+            lines.append(f"step {step}: ({cell_name(cell)}){why}: {outcome}")
+        return "\n".join(lines)
+
+    def after(
+        self, view: LeaderView, rule: Any, cell: tuple[int, int], reason: str, decisions: int
+    ) -> Remembered:
+        """The memory after a decision."""
+        if decisions == 0:
+            return Remembered(rule)
+        past = (*self.known(view), (view.step, cell, reason[:80], ""))
+        return Remembered(rule, past[-decisions:])

@@ -1,0 +1,279 @@
+"""A scenario made into objects: world, bodies, maps, routes, and the rules that move them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.errors import ScenarioError, WorldError
+from swarmscout.core.grid import GridFrame
+from swarmscout.core.language_model import Model
+from swarmscout.core.registry import IN_MEMORY, rule_name
+from swarmscout.core.streams import stream
+from swarmscout.destinations.asking import AskingSelector
+from swarmscout.destinations.grid_kernels import CELL_BITS
+from swarmscout.destinations.registry import SELECTORS
+from swarmscout.destinations.selection import Destinations
+from swarmscout.destinations.selector import Selector
+from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS, ModelSettings
+from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
+from swarmscout.mission.scenario import Scenario
+from swarmscout.planning.costs import RouteCosts
+from swarmscout.planning.routes import Planner
+from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
+from swarmscout.teams.desired_size import DesiredSizes
+from swarmscout.teams.policy import DesiredSizePolicy
+from swarmscout.teams.registry import POLICIES
+from swarmscout.worlds.checks import check_world
+from swarmscout.worlds.ground_plane import without_steep
+from swarmscout.worlds.meshes.mesh import Mesh
+from swarmscout.worlds.placement import place_robots
+from swarmscout.worlds.world import World
+
+if TYPE_CHECKING:
+    from swarmscout.llm.dispatcher import Asker
+
+__all__ = [
+    "complete",
+    "make_asker",
+    "make_bodies",
+    "make_desired_sizes",
+    "make_destinations",
+    "make_frame",
+    "make_ground",
+    "make_mesh",
+    "make_model",
+    "make_planner",
+    "return_reserve",
+]
+
+
+def complete(
+    scenario: object, seed: int | None, selector: object = None, policy: object = None
+) -> Scenario:
+    """A scenario with what a mission was given besides.
+
+    Args:
+        scenario: what is run. seed: instead of its own. selector: instead of its ``destinations``.
+        policy: instead of its ``teams.policy``.
+
+    Raises:
+        ScenarioError: this is no scenario, or the seed is impossible.
+        SelectorError: the selector is an object of another kind.
+        PolicyError: the policy is.
+    """
+    if not isinstance(scenario, Scenario):
+        example = f"world={scenario!r}" if isinstance(scenario, str) else "robots=15"
+        raise ScenarioError(
+            f"a Mission is made of a Scenario, not of a {type(scenario).__name__}: "
+            f"Mission(Scenario({example}))"
+        )
+    changes: dict[str, Any] = {} if seed is None else {"seed": seed}
+    if selector is not None:
+        SELECTORS.check_object(selector)
+        changes |= {"destinations": IN_MEMORY + type(selector).__name__, "selector": {}}
+    if policy is not None:
+        POLICIES.check_object(policy)
+        teams = {**scenario.teams.model_dump(), "policy": IN_MEMORY + type(policy).__name__}
+        changes |= {"teams": teams, "policy": {}}
+    return Scenario(**{**scenario.model_dump(), **changes}) if changes else scenario
+
+
+def make_frame(world: World, scenario: Scenario) -> GridFrame:
+    """The occupancy grid's frame: the world's bounding box, with a cell to spare on each side.
+
+    Raises:
+        ScenarioError: the grid would have too many cells.
+    """
+    frame = GridFrame.covering(world.extent, scenario.map.cell_m)
+    if frame.size >= 1 << CELL_BITS:
+        raise ScenarioError(
+            f"key 'map.cell_m' = {scenario.map.cell_m:g}: world '{world.name}' would have "
+            f"{frame.size:,} map cells, at most {(1 << CELL_BITS) - 1:,} are possible; "
+            "take larger cells"
+        )
+    return frame
+
+
+def make_model(scenario: Scenario) -> InverseSensorModel:
+    """The inverse sensor model, in log-odds."""
+    m = scenario.map
+    return InverseSensorModel(
+        free=log_odds_of(m.p_free),
+        occupied=log_odds_of(m.p_occupied),
+        lowest=log_odds_of(m.p_min),
+        highest=log_odds_of(m.p_max),
+        free_below=log_odds_of(m.free_below),
+        occupied_above=log_odds_of(m.occupied_above),
+        hit_depth_m=m.hit_depth_m,
+    )
+
+
+def make_bodies(world: World, scenario: Scenario) -> Bodies:
+    """Robots at their starts, with random headings and charges.
+
+    Raises:
+        WorldError: the world has no room for so many robots.
+    """
+    robots, seed = scenario.robots, scenario.seed
+    position = place_robots(
+        world, robots, scenario.start, stream(seed, "start"), scenario.body.radius_m
+    )
+    heading = stream(seed, "heading").integers(0, TICKS, robots)
+    battery = scenario.battery
+    share = stream(seed, "charge").uniform(battery.start_min, battery.start_max, robots)
+    # A mission's first step spends one step's charge: nobody starts with less.
+    charge = np.maximum(share * battery.capacity_steps, min(2.0, battery.capacity_steps))
+    return place_bodies(position, heading, charge)
+
+
+def make_ground(world: World, scenario: Scenario) -> World:
+    """The world without what is too steep for the scenario's bodies, checked.
+
+    Raises:
+        WorldError: a mission cannot start in it.
+    """
+    steepest = scenario.body.slope_deg
+    try:
+        ground = without_steep(world, steepest, scenario.body.radius_m)
+        check_world(ground, scenario.robots)
+    except WorldError as error:
+        check_world(world, scenario.robots)
+        why = f"without ground steeper than key 'body.slope_deg' = {steepest:g}"
+        raise WorldError(f"{error} ({why})") from None
+    return ground
+
+
+def make_mesh(world: World, scenario: Scenario) -> Mesh | None:
+    """The cave's surface that rays meet; None for sensing against the raster.
+
+    A generated tube that came without its mesh gets it made.
+
+    Raises:
+        ScenarioError: the world has no mesh.
+        WorldError: the mesh cannot be made, as the extra ``mesh`` is not installed.
+    """
+    if scenario.sensor.sensing != "mesh":
+        return None
+    # Few missions need it, and it imports much.
+    from swarmscout.worlds.meshes.tube_mesh import generated_mesh
+
+    mesh = world.mesh or generated_mesh(world)
+    if mesh is None:
+        raise ScenarioError(
+            f"key 'sensor.sensing' = 'mesh': world '{world.name}' has no mesh: import one with "
+            "`swarmscout worlds import CAVE.ply`, or take a generated tube"
+        )
+    return mesh
+
+
+def make_planner(
+    scenario: Scenario,
+    frame: GridFrame,
+    maps: int,
+    model: InverseSensorModel,
+    stations_m: NDArray[np.float64],
+    headings: NDArray[np.float64],
+) -> Planner:
+    """The routes' planner for a number of maps."""
+    cell_mm = 1000.0 * frame.cell_m
+    costs = RouteCosts(
+        straight=round(cell_mm),
+        diagonal=round(cell_mm * math.sqrt(2.0)),
+        base=1000 if scenario.routes.cost == "length" else 0,
+        least=int(model.permille()[0]),
+    )
+    dock_m = max(0.5 * scenario.battery.station_range_m, scenario.battery.station_range_m - 0.1)
+    return Planner(
+        frame, scenario.robots, maps, costs, stations_m, dock_m, headings,
+        to_ticks(scenario.body.turn_deg), scenario.body.forward_m, scenario.body.radius_m,
+    )  # fmt: skip
+
+
+def make_destinations(
+    scenario: Scenario, base: Path | None, selector: Selector | None = None
+) -> Destinations:
+    """The rule that chooses destinations, and when it is asked.
+
+    Args:
+        scenario: which rule. base: folder for its file. selector: the rule itself, if at hand.
+
+    Raises:
+        SelectorError: there is no such selector, or it does not take the scenario's parameters.
+    """
+    renewal, name = scenario.renewal, scenario.destinations
+    return Destinations(
+        _fitting(selector or SELECTORS.make(name, scenario.selector, base), scenario),
+        rule_name(name),
+        seed=scenario.seed,
+        robots=scenario.robots,
+        headings=heading_table(),
+        forward_m=scenario.body.forward_m,
+        reach_m=renewal.reach_m,
+        stale_rule=renewal.rule == "stale",
+        overdue=(renewal.overdue_factor, renewal.overdue_steps),
+        avoid_steps=renewal.avoid_steps,
+        latency_steps=scenario.llm.latency_steps,
+        team_position=scenario.teams.position,
+        fan=(scenario.teams.fan_m, scenario.teams.fan_apart_m, scenario.teams.fan_turn_m)
+        if scenario.teams.members == "fan"
+        else None,
+    )
+
+
+def make_desired_sizes(
+    scenario: Scenario, base: Path | None, policy: DesiredSizePolicy | None = None
+) -> DesiredSizes:
+    """The policy that sets desired team sizes.
+
+    Args:
+        scenario: which policy. base: folder for its file. policy: the policy itself, if at hand.
+
+    Raises:
+        PolicyError: there is no such policy, or it does not take the scenario's parameters.
+    """
+    name, size = scenario.teams.policy, scenario.teams.desired_size
+    return DesiredSizes(policy or POLICIES.make(name, scenario.policy, base), rule_name(name), size)
+
+
+def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> Asker | None:
+    """Whoever answers the selector's questions; None for a selector that asks nobody.
+
+    Raises:
+        ModelError: no model is configured; the message says what to set.
+    """
+    if not isinstance(selector, AskingSelector):
+        return None
+    # Most missions ask nobody, and what talks to networks takes a while to import.
+    from swarmscout.llm.connect import connect
+
+    keys = scenario.llm.model_dump(exclude={"latency_steps"})
+    return connect(ModelSettings(**keys), model=model)
+
+
+def _fitting(selector: Selector, scenario: Scenario) -> Selector:
+    """The selector, its prompts short enough for the embedded model if that is asked."""
+    if scenario.llm.provider != "embedded" or not isinstance(selector, AskingSelector):
+        return selector
+    if selector.prompt_tokens <= EMBEDDED_PROMPT_TOKENS:
+        return selector
+    shorter: Selector = replace(selector, prompt_tokens=EMBEDDED_PROMPT_TOKENS)  # type: ignore[type-var]
+    return shorter
+
+
+def return_reserve(scenario: Scenario) -> tuple[float, float]:
+    """Charge, as shares, that the way back takes per metre of straight distance, and a reserve.
+
+    Both 0 under the rule "threshold". Ways are longer than straight lines and turning takes steps
+    too: three times the straight time, and 30 steps.
+    """
+    battery = scenario.battery
+    if battery.return_rule == "threshold":
+        return 0.0, 0.0
+    per_m = 3.0 / scenario.body.forward_m
+    return per_m / battery.capacity_steps, 30.0 / battery.capacity_steps

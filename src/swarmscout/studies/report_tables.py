@@ -1,0 +1,120 @@
+"""Tables of what missions are measured by besides the declared metric."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from swarmscout.studies.comparison import Arm, arms_of
+from swarmscout.studies.formatting import number, with_interval
+from swarmscout.studies.intervals import by_unit, mean_interval
+from swarmscout.studies.metrics import METRICS, SHARES
+from swarmscout.studies.report_elements import Block, Heading, Table, Text
+from swarmscout.studies.survival import times_to
+
+if TYPE_CHECKING:
+    import polars as pl
+
+    from swarmscout.studies.study import Study
+
+__all__ = ["language_model_table", "measures_table", "times_table"]
+
+_SHOWN = (
+    "explored_m2", "explored_fraction", "auc_m2", "limit_share", "overlap_ratio", "distance_m",
+    "turn_share", "blocked_share", "decisions", "charges", "stranded", "map_accuracy",
+    "step_ms", "decide_ms",
+)  # fmt: skip
+
+
+_ACROSS = 5
+"""So many measures fit beside each other on a page."""
+
+
+def measures_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
+    """Every other metric, with its interval; they were not declared, so nothing is tested."""
+    yield Heading("Other measures", 3)
+    yield Text(
+        "Means with 95 % intervals. They were not declared, so nothing is tested here. Times are "
+        "of a machine that did other things beside: compare them within this table only."
+    )
+    settings = [axis.name for axis in study.settings]
+    columns = {
+        metric: arms_of(study, frame, metric)
+        for metric in _SHOWN
+        if frame[metric].is_not_null().any() and metric != study.declared.metric
+    }
+    names = list(columns)
+    for begin in range(0, len(names), _ACROSS):
+        shown = names[begin : begin + _ACROSS]
+        rows = [
+            [
+                *map(str, arm.setting),
+                f"`{arm.label}`",
+                *[with_interval(columns[metric][at].mean) for metric in shown],
+            ]
+            for at, arm in enumerate(columns[shown[0]])
+        ]
+        heads = [METRICS[metric].axis_label for metric in shown]
+        yield Table([*settings, study.compared.name, *heads], rows, numbers=len(settings) + 1)
+
+
+def times_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
+    """Time to shares of the reachable area; left out when no mission got to half of it."""
+    if not frame["time_to_50"].is_not_null().any():
+        yield Heading("Time to a share of the reachable area", 3)
+        yield Text("No mission explored half of what is reachable.")
+        return
+    yield Heading("Time to a share of the reachable area", 3)
+    yield Text(
+        "Median steps (Kaplan-Meier: missions that did not get there are censored at their length) "
+        "with 95 % intervals, and how many got there."
+    )
+    settings = [axis.name for axis in study.settings]
+    rows = []
+    for arm in arms_of(study, frame, "explored_m2"):
+        cells = [_time_cell(frame, arm, share) for share in SHARES]
+        rows.append([*map(str, arm.setting), f"`{arm.label}`", *cells])
+    heads = [f"{share} %" for share in SHARES]
+    yield Table([*settings, study.compared.name, *heads], rows, numbers=len(settings) + 1)
+
+
+def _time_cell(frame: pl.DataFrame, arm: Arm, share: int) -> str:
+    rows = arm.rows.tolist()
+    steps = np.array(frame[f"time_to_{share}"].to_list(), dtype=np.float64)[rows]
+    longest = frame["planned_steps"].to_numpy().astype(np.float64)[rows]
+    found = times_to(steps, longest)
+    if not found.n or not found.reached:
+        return f"0 of {found.n}"
+    if found.median is None:
+        return f"> {longest.max():.0f}; {found.reached} of {found.n}"
+    low = f"{found.median_low:.0f}" if found.median_low is not None else "…"
+    high = f"{found.median_high:.0f}" if found.median_high is not None else "…"
+    return f"{found.median:.0f} [{low}, {high}]; {found.reached} of {found.n}"
+
+
+def language_model_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
+    """What language models did and cost, when any was asked (columns ``llm.…``)."""
+    columns = [name for name in frame.columns if name.startswith("llm.")]
+    columns = [name for name in columns if frame[name].dtype.is_numeric()]
+    if not columns:
+        return
+    yield Heading("Language models", 3)
+    yield Text("Sums of a mission, mean over missions with 95 % intervals; rates as they stand.")
+    settings = [axis.name for axis in study.settings]
+    rows = []
+    for arm in arms_of(study, frame, "explored_m2"):
+        chosen = frame[arm.rows.tolist()]
+        if not any(chosen[name].is_not_null().any() for name in columns):
+            continue
+        cells = []
+        for name in columns:
+            values = np.array(chosen[name].to_list(), dtype=np.float64)
+            known = np.isfinite(values)
+            worlds = [w for w, k in zip(arm.worlds, known, strict=True) if k]
+            units = [float(unit.mean()) for unit in by_unit(values[known], worlds)]
+            cells.append(with_interval(mean_interval(units)) if units else number(float("nan")))
+        rows.append([*map(str, arm.setting), f"`{arm.label}`", *cells])
+    heads = [name.removeprefix("llm.").replace("_", " ").replace(".", ": ") for name in columns]
+    yield Table([*settings, study.compared.name, *heads], rows, numbers=len(settings) + 1)

@@ -1,0 +1,170 @@
+"""Where charging stations stand and where robots start.
+
+Both are found by distance along the ground from the start, never through a wall. Each place is a
+cell's centre, so that "clear of walls" is exact.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.errors import WorldError, did_you_mean
+from swarmscout.core.grid import GridFrame
+from swarmscout.worlds.morphology import fits
+from swarmscout.worlds.reachability import distance_along_ground, standing_places, start_cell
+from swarmscout.worlds.stations import derive_stations
+from swarmscout.worlds.world import World
+
+__all__ = ["place_robots", "place_stations"]
+
+ROBOTS_PER_STATION = 20
+_SPACING_M = 0.6
+_CLEARANCE_M = 0.05
+_AT_ONCE = 1024
+"""Candidates that are looked at together: most are near a place that was taken before."""
+_CHOICE = 1.25
+"""One place in five stays empty when all start from one place: that is the random part of it."""
+
+
+def place_stations(world: World, robots: int) -> NDArray[np.float64]:
+    """The charging stations of a mission.
+
+    Args:
+        world: a world.
+        robots: how many robots will use them.
+
+    Returns:
+        float64[k, 2], ``(x, y)`` in metres: the world's own where they were set by hand, else one
+        for each 20 robots; the first near the start, the others near by along the ground.
+
+    Raises:
+        WorldError: no station finds room near the start.
+    """
+    if world.stations_m is not None:
+        return world.stations_m
+    count = max(1, math.ceil(robots / ROBOTS_PER_STATION))
+    key = ("stations", count)
+    if key not in world.derived:
+        found = derive_stations(world, count)
+        found.setflags(write=False)
+        world.derived[key] = found
+    stations: NDArray[np.float64] = world.derived[key]
+    return stations
+
+
+def place_robots(
+    world: World, robots: int, start: str, rng: np.random.Generator, radius_m: float = 0.15
+) -> NDArray[np.float64]:
+    """Starting places of robots: apart from each other by 0.6 m and clear of walls by 0.05 m.
+
+    Args:
+        world: a world.
+        robots: how many.
+        start: ``"one-place"`` (the places nearest to the stations along the ground; to the start
+            where stations were set by hand) or ``"spread"`` (anywhere that can be reached).
+        rng: chooses among the places and deals them out.
+        radius_m: a robot's radius, in metres.
+
+    Returns:
+        float64[robots, 2], ``(x, y)`` in metres.
+
+    Raises:
+        WorldError: there is no room for so many, or ``start`` is unknown.
+    """
+    rules = {"one-place": _places_near_start, "spread": _places_anywhere}
+    if start not in rules:
+        raise WorldError(f"unknown start '{start}': {did_you_mean(start, rules)}")
+    if robots < 1:
+        raise WorldError(f"robots = {robots}: expected at least 1")
+    place = standing_places(world, radius_m)
+    if ("clear", radius_m) not in world.derived:
+        clear = fits(world.free, world.resolution_m, radius_m + _CLEARANCE_M) & place
+        world.derived["clear", radius_m] = clear
+    spacing_m = max(_SPACING_M, 2.0 * radius_m + _CLEARANCE_M)
+    cells = rules[start](world, robots, world.derived["clear", radius_m], spacing_m, radius_m, rng)
+    if len(cells) < robots:
+        where = "round its start" if start == "one-place" else "in all"
+        raise WorldError(
+            f"world '{world.name}' has room for {len(cells)} robots of {2 * radius_m:g} m {where}, "
+            f"{robots} were asked; take fewer robots or a larger world"
+        )
+    return world.frame.centres_of(cells)
+
+
+def _places_near_start(
+    world: World,
+    robots: int,
+    clear: NDArray[np.bool_],
+    spacing_m: float,
+    radius_m: float,
+    rng: np.random.Generator,
+) -> NDArray[np.int64]:
+    place = standing_places(world, radius_m)
+    sources = [start_cell(world, radius_m)]
+    if world.stations_m is None:
+        # Where there is no room for the stations there is none for the robots: count those.
+        with suppress(WorldError):
+            at = world.frame.cells_of(place_stations(world, robots)).tolist()
+            sources = [(row, col) for row, col in at if place[row, col]] or sources
+    wanted = math.ceil(robots * _CHOICE)
+    # Look no farther than needed: twice the radius of a half-filled disc, and then farther.
+    share = math.ceil(wanted / len(sources))
+    farthest = math.ceil(2.0 * spacing_m * math.sqrt(share) / world.resolution_m) + 2
+    while True:
+        steps = distance_along_ground(place, sources, farthest)
+        near = np.flatnonzero((steps >= 0) & clear)
+        near = near[np.argsort(steps.ravel()[near], kind="stable")]
+        chosen = _apart(near, world.frame, spacing_m, wanted)
+        if len(chosen) >= wanted or farthest > steps.max():
+            break
+        farthest *= 2
+    keep = rng.permutation(len(chosen))[:robots]
+    return chosen[keep]
+
+
+def _places_anywhere(
+    world: World,
+    robots: int,
+    clear: NDArray[np.bool_],
+    spacing_m: float,
+    radius_m: float,
+    rng: np.random.Generator,
+) -> NDArray[np.int64]:
+    everywhere = np.flatnonzero(clear)
+    few = rng.integers(0, max(everywhere.size, 1), size=8 * robots if everywhere.size else 0)
+    chosen = _apart(everywhere[few], world.frame, spacing_m, robots)
+    if len(chosen) < robots:
+        # A crowded world: try every place once.
+        chosen = _apart(rng.permutation(everywhere), world.frame, spacing_m, robots)
+    return chosen
+
+
+def _apart(
+    candidates: NDArray[np.int64], frame: GridFrame, spacing_m: float, wanted: int
+) -> NDArray[np.int64]:
+    """Take candidates (flat cells) in order, leaving out those too near to one that was taken.
+
+    Returns:
+        int64[n, 2] cells, ``n <= wanted``.
+    """
+    reach = spacing_m / frame.cell_m
+    about = math.ceil(reach)
+    down, across = np.mgrid[-about : about + 1, -about : about + 1]
+    near = down**2 + across**2 < reach**2 - 1e-9
+    taken = np.zeros((frame.rows + 2 * about, frame.columns + 2 * about), dtype=np.bool_)
+    chosen: list[tuple[int, int]] = []
+    for begin in range(0, len(candidates), _AT_ONCE):
+        rows, columns = np.divmod(candidates[begin : begin + _AT_ONCE], frame.columns)
+        left = ~taken[rows + about, columns + about]
+        for row, col in zip(rows[left].tolist(), columns[left].tolist(), strict=True):
+            if taken[row + about, col + about]:
+                continue
+            chosen.append((row, col))
+            if len(chosen) == wanted:
+                return np.array(chosen, dtype=np.int64)
+            taken[row : row + 2 * about + 1, col : col + 2 * about + 1] |= near
+    return np.array(chosen, dtype=np.int64).reshape(-1, 2)
