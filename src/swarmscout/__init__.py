@@ -13,6 +13,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from swarmscout.api import explore, record_mission
     from swarmscout.core.errors import (
         ModelError,
         PolicyError,
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from swarmscout.mission.mission import Mission
     from swarmscout.mission.scenario import Scenario
     from swarmscout.mission.scenario_files import load_scenario
-    from swarmscout.recording.explore import explore, record_mission
     from swarmscout.recording.run import Run
     from swarmscout.recording.writer import RunWriter
     from swarmscout.studies.study import Study
@@ -74,11 +74,11 @@ _HOME = {
     "SwarmscoutError": "swarmscout.core.errors",
     "World": "swarmscout.worlds.world",
     "WorldError": "swarmscout.core.errors",
-    "explore": "swarmscout.recording.explore",
+    "explore": "swarmscout.api",
     "load_scenario": "swarmscout.mission.scenario_files",
     "load_world": "swarmscout.worlds.catalogue",
     "map_picture": "swarmscout.viewing.map_picture",
-    "record_mission": "swarmscout.recording.explore",
+    "record_mission": "swarmscout.api",
 }
 
 

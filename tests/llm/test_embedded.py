@@ -16,12 +16,12 @@ from typing import Any
 import pytest
 
 from swarmscout import Run, Scenario
+from swarmscout.api import record_mission
 from swarmscout.cli.app import main
 from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Message, Request
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.installed import find_model, install_model, model_file
-from swarmscout.recording.explore import record_mission
 from swarmscout.testing import small_world
 
 needs_model = pytest.mark.skipif(

@@ -16,11 +16,11 @@ import pytest
 from provider import KEY, Provider, serving
 
 from swarmscout import Run, Scenario
+from swarmscout.api import record_mission
 from swarmscout.cli.app import main
 from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Reply
 from swarmscout.mission.mission import Mission
-from swarmscout.recording.explore import record_mission
 from swarmscout.testing import small_world
 from swarmscout.testing.instrumented_view import fingerprint
 

@@ -47,10 +47,10 @@ def compile_all() -> None:
     """Run short missions, so that every kernel is called once."""
     import numpy as np
 
+    from swarmscout.api import record_mission
     from swarmscout.destinations.registry import selectors
     from swarmscout.mission.mission import Mission
     from swarmscout.mission.scenario_files import load_scenario
-    from swarmscout.recording.explore import record_mission
     from swarmscout.worlds.arrays import world_from_array
     from swarmscout.worlds.meshes.mesh import Mesh
 

@@ -108,7 +108,7 @@ def explore(
     try:
         if view:
             page = watching(folder.name, host=host, port=port, browser=browser, pace=pace)
-        from swarmscout.recording.explore import record_mission
+        from swarmscout.api import record_mission
         from swarmscout.worlds.catalogue import named_worlds
 
         say_if_compiling()

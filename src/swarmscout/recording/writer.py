@@ -1,7 +1,8 @@
 """The writer of runs: a recorder that keeps a mission in a folder, or in memory.
 
-Rows gather in a ``row_buffer.Chunk``, which is written as a part of each table every fifty steps. ``run.json`` appears when a mission has begun, ``summary.json`` when it has
-finished; both are renamed into place when all that they promise is there.
+Rows gather in a ``row_buffer.Chunk``, which is written as a part of each table every fifty steps.
+``run.json`` appears when a mission has begun, ``summary.json`` when it has finished; both are
+renamed into place once everything they promise exists.
 """
 
 from __future__ import annotations

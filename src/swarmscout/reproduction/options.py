@@ -8,8 +8,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from swarmscout.api import record_mission
 from swarmscout.mission.scenario_files import load_scenario
-from swarmscout.recording.explore import record_mission
 from swarmscout.recording.run import Run
 from swarmscout.studies.study import Study
 
