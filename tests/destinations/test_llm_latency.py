@@ -72,7 +72,7 @@ def test_a_model_that_never_answers_changes_nothing_with_latency_either(latency:
         return [Reply(failure="timeout")] * len(asked)
 
     _, mission = fly(latency, silent)
-    for one, other in ((baseline.minds.state, mission.minds.state),
+    for one, other in ((baseline.minds.own, mission.minds.own),
                        (baseline.bodies.pose, mission.bodies.pose)):  # fmt: skip
         assert fingerprint(one) == fingerprint(other)
 

@@ -51,7 +51,7 @@ def state(given: Scenario, steps: int | None = None) -> Any:
     while not mission.done and mission.step_number != steps:
         mission.step()
     mission.close()
-    told = (mission.bodies.pose, mission.bodies.charge, mission.minds.state, mission.minds.avoided)
+    told = (mission.bodies.pose, mission.bodies.charge, mission.minds.own, mission.minds.avoided)
     return [fingerprint(x) for x in (*told, mission.swarm.evidence)]
 
 

@@ -25,14 +25,11 @@ class EvidenceLog:
         cells: int64[N, capacity], flat cells.
         increments: int64[N, capacity], in 1/1000 nat.
         length: int64[N], how many entries of each row are written.
+        dropped: int64[N], how many entries of each log are no longer kept; they came before.
         window: int64[w, w], scratch for one scan.
-        keep: False under full communication: what was heard by all at once need not be kept, and
-            the rows hold the last scan's entries alone.
     """
 
-    def __init__(
-        self, robots: int, rays: int, reach_m: float, cell_m: float, *, keep: bool
-    ) -> None:
+    def __init__(self, robots: int, rays: int, reach_m: float, cell_m: float) -> None:
         """Empty logs.
 
         Args:
@@ -40,26 +37,39 @@ class EvidenceLog:
             rays: rays of a scan.
             reach_m: how far from a robot's centre a scan or a contact can say anything.
             cell_m: edge of a map cell.
-            keep: see above.
         """
         reach = math.ceil(reach_m / cell_m) + 1
         self.window: NDArray[np.int64] = np.zeros((2 * reach + 1, 2 * reach + 1), dtype=np.int64)
         # A ray passes at most 2 · reach + 1 cells; a contact adds one.
         self.per_scan = min(self.window.size, rays * (2 * reach + 2) + 1)
-        capacity = self.per_scan * (64 if keep else 1)
-        self.cells: NDArray[np.int64] = np.zeros((robots, capacity), dtype=np.int64)
-        self.increments: NDArray[np.int64] = np.zeros((robots, capacity), dtype=np.int64)
+        self.cells: NDArray[np.int64] = np.zeros((robots, self.per_scan), dtype=np.int64)
+        self.increments: NDArray[np.int64] = np.zeros((robots, self.per_scan), dtype=np.int64)
         self.length: NDArray[np.int64] = np.zeros(robots, dtype=np.int64)
-        self.keep = keep
+        self.dropped: NDArray[np.int64] = np.zeros(robots, dtype=np.int64)
 
-    def make_room(self) -> None:
-        """Before a scan: room for one more scan of each robot."""
-        if not self.keep:
+    def end(self) -> NDArray[np.int64]:
+        """int64[N], how many entries each robot has ever written."""
+        end: NDArray[np.int64] = self.dropped + self.length
+        return end
+
+    def make_room(self, oldest: NDArray[np.int64]) -> None:
+        """Before a scan: drop what all robots have, and make room for one more scan of each.
+
+        Args:
+            oldest: int64[N], how many entries of each log (see :meth:`end`) every robot has.
+        """
+        if (oldest == self.end()).all():
+            self.dropped[:] = oldest
             self.length[:] = 0
         elif int(self.length.max()) + self.per_scan > self.cells.shape[1]:
-            more = ((0, 0), (0, self.cells.shape[1]))
-            self.cells = np.pad(self.cells, more)
-            self.increments = np.pad(self.increments, more)
+            keep = self.end() - oldest
+            room = 2 * max(int(keep.max()), self.per_scan)
+            cells, increments = (np.zeros((len(keep), room), dtype=np.int64) for _ in range(2))
+            for robot, (count, length) in enumerate(zip(keep, self.length, strict=True)):
+                cells[robot, :count] = self.cells[robot, length - count : length]
+                increments[robot, :count] = self.increments[robot, length - count : length]
+            self.cells, self.increments = cells, increments
+            self.dropped, self.length = oldest.copy(), keep
 
     def entries_from(self, since: NDArray[np.int64]) -> NDArray[np.int64]:
         """int64[m, 3]: rows (robot, cell, increment) of what each log gained, by robot.
@@ -76,17 +86,16 @@ class EvidenceLog:
 
 @kernel
 def scan_evidence(  # type: ignore[no-untyped-def]
-    reading, sending, ranges, offsets, table, range_m, contact, contact_offset,
+    own, can, ranges, offsets, table, range_m, touch,
     ox, oy, cell_m, rows, columns, free, occupied, depth_m, window, cells, increments, length,
 ):  # fmt: skip
     """Append each robot's scan, seen from where it believes to be, to its own log.
 
     Args:
-        reading: float64[N, 4] believed x, y, heading ticks; sending: bool[N].
+        own: MIND[N]; can: CAPABILITIES[N].
         ranges: float64[N, rays] measured ranges, inf where nothing was met.
         offsets: int64[rays]; table: float64[3600, 2] (cos, sin); range_m: longest range.
-        contact: int64[N]; contact_offset: float64[N, 2]: a wall that was touched in the last step,
-            seen from the robot's centre.
+        touch: TOUCH[N]: a wall that was touched in the last step, seen from the robot's centre.
         ox, oy, cell_m, rows, columns: the occupancy grid's frame.
         free, occupied: increments; depth_m: how far behind its surface an obstacle lies.
         window: int64[w, w], scratch: the scan's sum per cell round the robot; all 0 between calls.
@@ -94,15 +103,15 @@ def scan_evidence(  # type: ignore[no-untyped-def]
     """
     ticks = table.shape[0]
     edge = window.shape[0]
-    for i in range(reading.shape[0]):
-        if not sending[i]:
+    for i in range(own.shape[0]):
+        if not (own[i].thinks and can[i].sense):
             continue
-        x = (reading[i, 0] - ox) / cell_m
-        y = (reading[i, 1] - oy) / cell_m
+        x = (own[i].x_m - ox) / cell_m
+        y = (own[i].y_m - oy) / cell_m
         left = int(math.floor(x)) - edge // 2
         low = int(math.floor(y)) - edge // 2
         for r in range(offsets.shape[0]):
-            tick = (int(reading[i, 2]) + offsets[r]) % ticks
+            tick = (own[i].heading + offsets[r]) % ticks
             dx = table[tick, 0]
             dy = table[tick, 1]
             met = ranges[i, r] <= range_m
@@ -134,10 +143,10 @@ def scan_evidence(  # type: ignore[no-untyped-def]
                 else:
                     next_row += per_row
                     row += step_row
-        if contact[i] == WALL_CONTACT:
+        if touch[i].kind == WALL_CONTACT:
             # Deviation: a bump is a measurement too; the paper does not speak of contacts.
-            row = int(math.floor(y + contact_offset[i, 1] / cell_m))
-            col = int(math.floor(x + contact_offset[i, 0] / cell_m))
+            row = int(math.floor(y + touch[i].dy_m / cell_m))
+            col = int(math.floor(x + touch[i].dx_m / cell_m))
             window[row - low, col - left] += occupied
         end = length[i]
         for row in range(edge):
@@ -155,14 +164,13 @@ def scan_evidence(  # type: ignore[no-untyped-def]
 
 def observe(
     log: EvidenceLog,
-    reading: NDArray[np.float64],
-    sending: NDArray[np.bool_],
+    own: NDArray[np.void],
+    can: NDArray[np.void],
     ranges: NDArray[np.float64],
     offsets: NDArray[np.int64],
     table: NDArray[np.float64],
     range_m: float,
-    contact: NDArray[np.int64],
-    contact_offset: NDArray[np.float64],
+    touch: NDArray[np.void],
     frame: GridFrame,
     increments: tuple[int, int],
     hit_depth_m: float,
@@ -175,7 +183,7 @@ def observe(
         increments: for a passed cell (< 0) and for the cell in which a ray ended (> 0).
     """
     scan_evidence(
-        reading, sending, ranges, offsets, table, range_m, contact, contact_offset,
+        own, can, ranges, offsets, table, range_m, touch,
         frame.origin_x_m, frame.origin_y_m, frame.cell_m, frame.rows, frame.columns,
         increments[0], increments[1], hit_depth_m, log.window,
         log.cells, log.increments, log.length,

@@ -18,15 +18,23 @@ from swarmscout.core.streams import stream
 from swarmscout.destinations.asking import AskingSelector
 from swarmscout.destinations.grid_kernels import CELL_BITS
 from swarmscout.destinations.registry import SELECTORS
-from swarmscout.destinations.selection import Destinations
+from swarmscout.destinations.selection import Destinations, Setting
 from swarmscout.destinations.selector import Selector
 from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS, ModelSettings
+from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
+from swarmscout.mapping.occupancy import OccupancyGrids
+from swarmscout.mission.metrics import Judge, map_truth
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.costs import RouteCosts
-from swarmscout.planning.routes import Planner
+from swarmscout.planning.routes import Planner, Vehicle
+from swarmscout.robots.battery import CHARGER
 from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
+from swarmscout.robots.motion import Motion
+from swarmscout.robots.radio.radio import Radio
+from swarmscout.robots.radio.registry import RADIOS
 from swarmscout.teams.desired_size import DesiredSizes
+from swarmscout.teams.formation import TeamFormation
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.teams.registry import POLICIES
 from swarmscout.worlds.checks import check_world
@@ -42,13 +50,20 @@ __all__ = [
     "complete",
     "make_asker",
     "make_bodies",
+    "make_charger",
     "make_desired_sizes",
     "make_destinations",
+    "make_formation",
     "make_frame",
+    "make_grids",
     "make_ground",
+    "make_judge",
+    "make_log",
     "make_mesh",
     "make_model",
+    "make_motion",
     "make_planner",
+    "make_radio",
     "return_reserve",
 ]
 
@@ -175,55 +190,105 @@ def make_mesh(world: World, scenario: Scenario) -> Mesh | None:
 def make_planner(
     scenario: Scenario,
     frame: GridFrame,
-    maps: int,
-    model: InverseSensorModel,
     stations_m: NDArray[np.float64],
-    headings: NDArray[np.float64],
 ) -> Planner:
-    """The routes' planner for a number of maps."""
+    """Plans and follows routes."""
     cell_mm = 1000.0 * frame.cell_m
     costs = RouteCosts(
         straight=round(cell_mm),
         diagonal=round(cell_mm * math.sqrt(2.0)),
         base=1000 if scenario.routes.cost == "length" else 0,
-        least=int(model.permille()[0]),
+        least=int(make_model(scenario).permille()[0]),
     )
     dock_m = max(0.5 * scenario.battery.station_range_m, scenario.battery.station_range_m - 0.1)
-    return Planner(
-        frame, scenario.robots, maps, costs, stations_m, dock_m, headings,
-        to_ticks(scenario.body.turn_deg), scenario.body.forward_m, scenario.body.radius_m,
-    )  # fmt: skip
+    body = scenario.body
+    vehicle = Vehicle(
+        body.radius_m, body.forward_m, to_ticks(body.turn_deg), dock_m, heading_table()
+    )
+    return Planner(frame, scenario.robots, costs, stations_m, vehicle)
 
 
 def make_destinations(
-    scenario: Scenario, base: Path | None, selector: Selector | None = None
+    scenario: Scenario,
+    frame: GridFrame,
+    base: Path | None,
+    selector: Selector | None = None,
 ) -> Destinations:
     """The rule that chooses destinations, and when it is asked.
 
     Args:
-        scenario: which rule. base: folder for its file. selector: the rule itself, if at hand.
+        scenario: which rule. frame: the occupancy grids'. base: folder for its file.
+        selector: the rule itself, if at hand.
 
     Raises:
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
     """
-    renewal, name = scenario.renewal, scenario.destinations
-    return Destinations(
-        _fitting(selector or SELECTORS.make(name, scenario.selector, base), scenario),
-        rule_name(name),
-        seed=scenario.seed,
-        robots=scenario.robots,
-        headings=heading_table(),
-        forward_m=scenario.body.forward_m,
-        reach_m=renewal.reach_m,
-        stale_rule=renewal.rule == "stale",
-        overdue=(renewal.overdue_factor, renewal.overdue_steps),
-        avoid_steps=renewal.avoid_steps,
-        latency_steps=scenario.llm.latency_steps,
-        team_position=scenario.teams.position,
-        fan=(scenario.teams.fan_m, scenario.teams.fan_apart_m, scenario.teams.fan_turn_m)
-        if scenario.teams.members == "fan"
-        else None,
+    name = scenario.destinations
+    rule = _fitting(selector or SELECTORS.make(name, scenario.selector, base), scenario)
+    setting = Setting(
+        scenario.seed,
+        scenario.robots,
+        frame,
+        heading_table(),
+        scenario.body.forward_m,
+        scenario.llm.latency_steps,
     )
+    return Destinations(rule, rule_name(name), scenario.renewal, scenario.teams, setting)
+
+
+def make_radio(scenario: Scenario, base: Path | None) -> Radio:
+    """The radio that says who hears whom.
+
+    Raises:
+        ScenarioError: there is no such radio, or it does not take the scenario's parameters.
+    """
+    section = scenario.radio
+    parameters = {"range_m": section.range_m} if section.model == "disc" else section.parameters
+    return RADIOS.make(section.model, parameters, base)
+
+
+def make_formation(scenario: Scenario) -> TeamFormation:
+    """Forms teams."""
+    teams = scenario.teams
+    return TeamFormation(
+        scenario.robots, teams.d_join_m, teams.silence_steps, teams.leave_rule == "general"
+    )
+
+
+def make_motion(ground: World, scenario: Scenario) -> Motion:
+    """Moves bodies."""
+    body = scenario.body
+    return Motion(
+        ground, scenario.robots, body.radius_m, body.forward_m, to_ticks(body.turn_deg),
+        heading_table(),
+    )  # fmt: skip
+
+
+def make_log(ground: World, scenario: Scenario, frame: GridFrame) -> EvidenceLog:
+    """Blank logs of evidence."""
+    sensor, body = scenario.sensor, scenario.body
+    reach_m = max(sensor.range_m, body.radius_m + body.forward_m + ground.resolution_m) + 0.5
+    return EvidenceLog(scenario.robots, sensor.rays, reach_m, frame.cell_m)
+
+
+def make_grids(scenario: Scenario, frame: GridFrame) -> OccupancyGrids:
+    """One blank occupancy grid."""
+    return OccupancyGrids(frame, 1, make_model(scenario), scenario.map.frontier_neighbours)
+
+
+def make_judge(ground: World, scenario: Scenario, frame: GridFrame, bodies: Bodies) -> Judge:
+    """Judges what the mission achieves."""
+    body, model = scenario.body, make_model(scenario)
+    truth = map_truth(ground, frame, body.radius_m)
+    return Judge(truth, bodies, body.forward_m, (model.lowest, model.highest))
+
+
+def make_charger(scenario: Scenario) -> np.void:
+    """CHARGER, see ``robots.battery``."""
+    battery = scenario.battery
+    values = battery.capacity_steps, battery.charge_per_step, battery.station_range_m
+    charger: np.void = np.array([values], dtype=CHARGER)[0]
+    return charger
 
 
 def make_desired_sizes(

@@ -19,6 +19,7 @@ __all__ = [
     "BodyScenario",
     "LlmScenario",
     "MapScenario",
+    "RadioScenario",
     "RenewalScenario",
     "RoutesScenario",
     "Scenario",
@@ -192,6 +193,16 @@ class TeamsScenario(_Section):
     )
 
 
+class RadioScenario(_Section):
+    """Who hears whom (paper, "Robot model": full communication)."""
+
+    model: str = Field("full", min_length=1, description="a radio, or FILE.py:NAME")
+    range_m: float = Field(10.0, ge=0.0, le=1e9, description="'disc': the longest distance")
+    parameters: dict[str, Any] = Field(
+        default_factory=dict, description="parameters of a radio from a file"
+    )
+
+
 class RenewalScenario(_Section):
     """When a team's leader chooses a new destination (paper, "Task description")."""
 
@@ -276,6 +287,7 @@ class Scenario(_Section):
     routes: RoutesScenario = RoutesScenario()
     teams: TeamsScenario = TeamsScenario()
     renewal: RenewalScenario = RenewalScenario()
+    radio: RadioScenario = RadioScenario()
     llm: LlmScenario = LlmScenario()
 
 

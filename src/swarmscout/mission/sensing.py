@@ -64,19 +64,21 @@ class Senses:
         self._pose_noise = np.zeros((BLOCK_STEPS, scenario.robots, 3))
 
     def read(self, bodies: Bodies, minds: Minds, step: int) -> NDArray[np.float64]:
-        """Sense once with all robots; where they believe to be goes into ``minds.reading``.
+        """Sense once with all robots; where they believe to be goes into ``minds.own``.
 
         Returns:
             float64[N, rays], measured ranges in metres, inf where nothing was met.
         """
         self._draw(step)
-        minds.reading[:, :2] = bodies.position
-        minds.reading[:, 2] = bodies.heading
+        own = minds.own
+        own["x_m"], own["y_m"] = bodies.position[:, 0], bodies.position[:, 1]
+        own["heading"] = bodies.heading
         if self._position_noise_m > 0.0:
-            minds.reading[:, :2] += self._pose_noise[step % BLOCK_STEPS, :, :2]
+            own["x_m"] += self._pose_noise[step % BLOCK_STEPS, :, 0]
+            own["y_m"] += self._pose_noise[step % BLOCK_STEPS, :, 1]
         if self._heading_noise_ticks > 0:
-            noisy = minds.reading[:, 2] + np.rint(self._pose_noise[step % BLOCK_STEPS, :, 2])
-            minds.reading[:, 2] = noisy % TICKS
+            noise = np.rint(self._pose_noise[step % BLOCK_STEPS, :, 2]).astype(np.int64)
+            own["heading"] = (own["heading"] + noise) % TICKS
         self._cast(bodies, self._noise[step % BLOCK_STEPS])
         return self.ranges
 

@@ -72,7 +72,7 @@ def _measure(body: str, sensor: str, grid: str) -> tuple[float, float]:
         mission.bodies.position[:] = 0.03 * heading  # Off the grid, a little more each time.
         mission.bodies.heading[:] = round((heading + 0.5) * TICKS / _HEADINGS) % TICKS
         # A robot that knows one action.
-        mission.planner.steer = _straight_on  # type: ignore[method-assign]
+        mission.planner.steer = _straight_on  # type: ignore[method-assign,assignment]
         for _ in range(_EARLY):
             mission.step()
         early.append(mission.explored_m2)

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-
 from swarmscout.core.registry import Registry
 from swarmscout.mission.mission import Mission
 
@@ -78,7 +76,7 @@ def how_it_went(kind: Registry[Any], mission: Mission, *, guarded: bool) -> tupl
         mission.end_reason,
         mission.explored_m2,
         mission.bodies.pose.tobytes(),
-        np.array(mission.minds.state).tobytes(),
+        mission.minds.own.tobytes(),
     )
 
 

@@ -37,7 +37,7 @@ class _WatchedView(RobotsView):
     __slots__ = ("mixed", "private_reads")
 
     def __init__(self, view: RobotsView, mixed: tuple[int, RobotsView] | None) -> None:
-        super().__init__(view._minds, view._grids, view.step, view.desired_size)
+        super().__init__(view._minds, view._knowledge, view.step, view.desired_size)
         self.mixed = mixed
         self.private_reads: list[str] = []
 
@@ -173,8 +173,8 @@ def _later(clock: Callable[[], float], by_s: float) -> Callable[[], float]:
 
 
 def _look(view: RobotsView) -> list[Any]:
-    minds = view._minds
-    held = (minds.state, minds.reading, minds.heard_state, minds.heard_reading)
+    minds, knowledge = view._minds, view._knowledge
+    held = (minds.own, knowledge.heard, knowledge.still)
     return [fingerprint(array) for array in held]
 
 

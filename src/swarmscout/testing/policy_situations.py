@@ -9,9 +9,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import CHARGE
-from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import MODE, blank_minds
+from swarmscout.minds.minds import blank_minds
 from swarmscout.mission import build
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
@@ -104,13 +104,13 @@ def _after(
         for _ in range(step):
             mission.step()
         if charging:
-            mission.minds.state[:, MODE] = CHARGE
-        views.append(RobotsView(mission.minds, mission.grids, step, DESIRED_SIZE))
+            mission.minds.own["mode"] = CHARGE
+        views.append(RobotsView(mission.minds, mission.knowledge, step, DESIRED_SIZE))
     return PolicySituation(words, *views)
 
 
 def _blank(seed: int) -> RobotsView:
     robots, scenario = 4, Scenario()
     frame = build.make_frame(small_world(seed), scenario)
-    grids = OccupancyGrids(frame, robots, build.make_model(scenario), 8)
-    return RobotsView(blank_minds(robots, shared=False), grids, 1, DESIRED_SIZE)
+    knowledge = Knowledge(robots, build.make_grids(scenario, frame))
+    return RobotsView(blank_minds(robots), knowledge, 1, DESIRED_SIZE)

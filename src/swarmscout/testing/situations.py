@@ -9,17 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.comms.beacons import exchange_beacons
+from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.events import EventLog
 from swarmscout.core.grid import GridFrame
+from swarmscout.core.links import Links
 from swarmscout.core.streams import stream
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
-from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import DESTINATION, DUE_AT, LEADER, SIZE, TEAM, blank_minds
+from swarmscout.mapping.evidence import EvidenceLog
+from swarmscout.minds.minds import blank_minds
 from swarmscout.mission import build
 from swarmscout.mission.scenario import Scenario
-from swarmscout.robots.bodies import heading_table
 
 __all__ = ["Situation", "leader_view", "situations"]
 
@@ -68,36 +69,33 @@ def leader_view(
     robots, team = len(places), 1 + len(members)
     scenario = Scenario(robots=robots, seed=seed)
     frame = GridFrame(-2.0, 3.0, scenario.map.cell_m, rows, columns)
-    model = build.make_model(scenario)
-    grids = OccupancyGrids(frame, 1, model, scenario.map.frontier_neighbours)
+    knowledge = Knowledge(robots, build.make_grids(scenario, frame))
     known = np.flatnonzero(labels != UNKNOWN)
     amounts = stream(seed, "evidence").integers(900, 4000, len(known))
     signed = np.where(labels.ravel()[known] == FREE, -amounts, amounts)
     everything = np.array([len(known)], dtype=np.int64)
-    grids.apply(0, known[None, :], signed[None, :], 0 * everything, everything)
+    knowledge.grids.apply(0, known[None, :], signed[None, :], 0 * everything, everything)
 
-    minds = blank_minds(robots, shared=True)
-    minds.reading[:, :2] = frame.centres_of(np.array(places))
-    minds.reading[:, 3] = 0.8
-    minds.state[:team, TEAM] = minds.state[:team, LEADER] = 0
-    minds.state[:team, SIZE] = team
-    minds.state[:, DUE_AT] = step + 100
+    minds = blank_minds(robots)
+    own = minds.own
+    own["x_m"], own["y_m"] = frame.centres_of(np.array(places)).T
+    own["charge"] = 0.8
+    own["team"][:team] = own["leader"][:team] = 0
+    own["size"][:team] = team
+    own["due_at"] = step + 100
     if previous is not None:
-        minds.state[:team, DESTINATION] = frame.flat(*previous)
+        own["destination"][:team] = frame.flat(*previous)
     for robot, (_, destination) in enumerate(others, start=team):
         if destination is not None:
-            minds.state[robot, DESTINATION] = frame.flat(*destination)
-    links = np.zeros((1, 1), dtype=np.bool_)
-    exchange_beacons(minds, links, step)
+            own["destination"][robot] = frame.flat(*destination)
+    knowledge.send(minds, step)
+    knowledge.receive(minds, EvidenceLog(robots, 1, 1.0, 0.5), Links.full(robots), step)
 
-    planner = build.make_planner(
-        scenario, frame, 1, model, minds.reading[:1, :2].copy(), heading_table()
-    )
+    planner = build.make_planner(scenario, frame, frame.centres_of(np.array(places[:1])))
     witness = _Witness()
-    destinations = build.make_destinations(scenario, None)
+    destinations = build.make_destinations(scenario, frame, None)
     destinations.selector = witness
-    events = np.zeros((8 * robots + 16, 4), dtype=np.int64)
-    destinations.decide(minds, grids, planner, links, step, events, np.zeros(1, dtype=np.int64))
+    destinations.decide(minds, knowledge, planner, step, EventLog(robots))
     return witness.views[0]
 
 

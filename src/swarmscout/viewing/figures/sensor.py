@@ -99,7 +99,7 @@ def _scan(
     bodies = place_bodies(before.place_m, heading, np.ones(len(heading)))
     bodies.alive[:] = before.alive
     senses = Senses(run.scenario, run.world(), heading_table())
-    ranges = senses.read(bodies, blank_minds(len(heading), shared=True), step)
+    ranges = senses.read(bodies, blank_minds(len(heading)), step)
     return ranges, before.place_m, heading
 
 
