@@ -114,7 +114,8 @@ class Knowledge:
     def noticed(self, robot: int, step: int) -> NDArray[np.bool_]:
         """bool[N], the robots whose beacon and notices a robot heard in a step; itself too."""
         heard: NDArray[np.bool_] = self.heard["step"][self.ear[robot]] == step
-        return heard & (self.notices["step"] == step)
+        heard = heard & (self.notices["step"] == step)
+        return heard
 
     def oldest(self) -> NDArray[np.int64]:
         """int64[N], how many entries of each robot's log every row contains."""
