@@ -42,7 +42,11 @@ def test_names() -> None:
         ("zzz", None, "unknown selector 'zzz': known: "),
         ("quantile", {"sigme": 0.1}, "no parameter 'sigme': did you mean 'sigma'?"),
         ("nearest", {"far": 1}, "selector 'nearest' has no parameter 'far': it takes none"),
-        ("quantile", {"sigma": -1.0}, "selector 'quantile': sigma = -1 must be at least 0"),
+        (
+            "quantile",
+            {"sigma": -1.0},
+            "selector 'quantile': sigma = -1.0: should be greater",
+        ),
         ("quantile", {"bias_min": "a"}, "selector 'quantile': "),
         ("rule.py", None, "names a file but no class in it: write 'rule.py:ClassName'"),
         ("missing.py:Rule", None, "selector file 'missing.py' does not exist"),

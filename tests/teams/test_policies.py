@@ -63,7 +63,7 @@ def test_mistakes_with_names(name: str, parameters: Any, says: str) -> None:
     ("text", "says"),
     [
         ("class Pair:\n    pass\n", "has no 'Pairs': did you mean 'Pair'?"),
-        ("class Pairs:\n    pass\n", "is no policy: it has no method desired(view)"),
+        ("class Pairs:\n    pass\n", "is not a policy: it has no method desired(view)"),
         ("class Pairs\n", "pol.py' cannot be loaded: SyntaxError: expected ':' ("),
         ("1 / 0\n", "pol.py, line 1)"),
     ],
@@ -79,7 +79,7 @@ def test_mistakes_in_files(tmp_path: Path, text: str, says: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(POLICIES.built_in))
 def test_every_number_of_every_policy_is_checked(name: str) -> None:
-    for key in getattr(POLICIES.built_in[name], "__dataclass_fields__", {}):
+    for key in getattr(POLICIES.load(name), "__dataclass_fields__", {}):
         for value in ("wide", float("nan"), None):
             with pytest.raises(PolicyError, match=f"policy '{name}': {key} = "):
                 make_policy(name, {key: value})

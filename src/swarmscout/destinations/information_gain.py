@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic.dataclasses import dataclass
 
+from swarmscout.core.parameters import STRICT, Amount, Metres
 from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -14,7 +15,7 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["InformationGain"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=STRICT)
 class InformationGain:
     """Most unknown area in the sensor's reach, discounted by the length of the way.
 
@@ -30,8 +31,8 @@ class InformationGain:
         so it is local as it stands; A counts cells in a disc in place of cast rays.
     """
 
-    reach_m: float = 1.9
-    decay_per_m: float = 0.33
+    reach_m: Metres = 1.9
+    decay_per_m: Amount = 0.33
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
 
+from swarmscout.core.parameters import STRICT, Metres
 from swarmscout.destinations.crowding import crowding
 from swarmscout.destinations.path_lengths import choice_of
 from swarmscout.destinations.selector import Choice
@@ -16,7 +17,7 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["LlmLike"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=STRICT)
 class LlmLike:
     """A score of the paper's reasons: near, off others' targets, many frontiers, few obstacles.
 
@@ -34,10 +35,10 @@ class LlmLike:
         Decentralized as the paper's LLM is: each leader scores by what it has heard.
     """
 
-    apart_m: float = 25.0
-    shyness_m: float = 17.0
-    frontier_m: float = 0.098
-    obstacle_m: float = 7.6
+    apart_m: Metres = 25.0
+    shyness_m: Metres = 17.0
+    frontier_m: Metres = 0.098
+    obstacle_m: Metres = 7.6
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from swarmscout.core.jit import kernel
+from swarmscout.core.parameters import STRICT, Metres
 from swarmscout.destinations.path_lengths import ways_m
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -60,7 +62,7 @@ def weigh(  # type: ignore[no-untyped-def]
         score[f] = total
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=STRICT)
 class MultiCriteria:
     """A weighted sum: near the front member, open ground, off others' targets, straight on.
 
@@ -90,21 +92,15 @@ class MultiCriteria:
 
     way: float = 0.165
     front: float = 0.87
-    turn_m: float = 1.77
+    turn_m: Metres = 1.77
     near_gain: float = 0.56
     open_gain: float = 0.48
-    open_m: float = 2.63
+    open_m: Metres = 2.63
     wall: float = 5.2
     apart: float = 3.6
-    apart_m: float = 5.2
+    apart_m: Annotated[Metres, Field(gt=0.0)] = 5.2
     ahead: float = 1.95
-    keep: float = 0.63
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.keep < 1.0:
-            raise ValueError(f"keep = {self.keep:g} must be at least 0 and below 1")
-        if not self.apart_m > 0.0:
-            raise ValueError(f"apart_m = {self.apart_m:g} must be above 0")
+    keep: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.63
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`.

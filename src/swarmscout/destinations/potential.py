@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic.dataclasses import dataclass
 
+from swarmscout.core.parameters import STRICT, Amount, Metres
 from swarmscout.destinations.crowding import push_kernel
 from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
@@ -15,7 +16,7 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["Potential"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=STRICT)
 class Potential:
     """The frontier with the lowest potential: ways pull, other teams and their destinations push.
 
@@ -32,8 +33,8 @@ class Potential:
         compared at frontiers only, as routes avoid obstacles by themselves.
     """
 
-    range_m: float = 30.5
-    push_m3: float = 2020.0
+    range_m: Metres = 30.5
+    push_m3: Amount = 2020.0
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic import NonNegativeFloat, model_validator
+from pydantic.dataclasses import dataclass
 
+from swarmscout.core.parameters import STRICT, Share
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Quantile"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=STRICT)
 class Quantile:
     """A frontier near the team, at a random quantile of the distance (the paper's baseline).
 
@@ -27,18 +29,15 @@ class Quantile:
     Source: paper, "Baseline target selection".
     """
 
-    bias_min: float = 0.10
-    bias_max: float = 0.25
-    sigma: float = 0.02
+    bias_min: Share = 0.10
+    bias_max: Share = 0.25
+    sigma: NonNegativeFloat = 0.02
 
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.bias_min <= self.bias_max <= 1.0:
-            raise ValueError(
-                f"bias_min = {self.bias_min:g} and bias_max = {self.bias_max:g} must be "
-                "ordered and within [0, 1]"
-            )
-        if not self.sigma >= 0.0:
-            raise ValueError(f"sigma = {self.sigma:g} must be at least 0")
+    @model_validator(mode="after")
+    def _ordered(self) -> Quantile:
+        if self.bias_min > self.bias_max:
+            raise ValueError(f"bias_min = {self.bias_min:g} is above bias_max = {self.bias_max:g}")
+        return self
 
     def draw(self, view: LeaderView, memory: Any) -> tuple[float, float]:
         """The leader's personal bias, and the quantile of this decision, clipped to [0, 1].

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic.dataclasses import dataclass
 
+from swarmscout.core.parameters import STRICT, Metres, Share
 from swarmscout.destinations.quantile import Quantile
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -14,7 +15,7 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["QuantileLocal"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=STRICT)
 class QuantileLocal(Quantile):
     """A random quantile of the distance, as the baseline, but among frontiers near the team.
 
@@ -29,9 +30,9 @@ class QuantileLocal(Quantile):
         as it stands: it reads the team's own position only.
     """
 
-    bias_min: float = 0.19
-    bias_max: float = 0.32
-    radius_m: float = 2.75
+    bias_min: Share = 0.19
+    bias_max: Share = 0.32
+    radius_m: Metres = 2.75
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`; remembers the bias."""

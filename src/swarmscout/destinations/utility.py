@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic.dataclasses import dataclass
 
+from swarmscout.core.parameters import STRICT, Amount, Metres
 from swarmscout.destinations.crowding import crowding
 from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
@@ -15,7 +16,7 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["Utility"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=STRICT)
 class Utility:
     """Utility minus way; other teams' destinations make what is near them less useful.
 
@@ -33,8 +34,8 @@ class Utility:
         own best.
     """
 
-    range_m: float = 29.0
-    beta_per_m: float = 0.044
+    range_m: Metres = 29.0
+    beta_per_m: Amount = 0.044
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import PositiveInt
+from pydantic.dataclasses import dataclass
 
+from swarmscout.core.parameters import STRICT, Metres
 from swarmscout.teams.robots_view import RobotsView
 
 __all__ = ["ByCrowd"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=STRICT)
 class ByCrowd:
     """Teams where robots crowd, single robots where they have room.
 
@@ -28,12 +29,8 @@ class ByCrowd:
     Source: ours; sizes that adapt are future work in the paper ("Conclusion").
     """
 
-    reach_m: float = 3.0
-    per: int = 3
-
-    def __post_init__(self) -> None:
-        if self.per < 1:
-            raise ValueError(f"per = {self.per} must be at least 1")
+    reach_m: Metres = 3.0
+    per: PositiveInt = 3
 
     def desired(self, view: RobotsView) -> NDArray[np.int64]:
         """See :class:`swarmscout.teams.policy.DesiredSizePolicy`."""
