@@ -16,7 +16,7 @@ from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.teams.by_mode import ByMode
 from swarmscout.teams.registry import POLICIES, make_policy, policies
 from swarmscout.testing import small_world
-from swarmscout.testing.policy_situations import short_mission
+from swarmscout.testing.small_worlds import short_mission
 
 PAIRS = (
     "import numpy as np\n"

@@ -13,7 +13,7 @@ from swarmscout.core.enums import CHARGE
 from swarmscout.minds.minds import DESIRED, LEADER, MODE, STEP, TEAM
 from swarmscout.mission.mission import Mission
 from swarmscout.teams.robots_view import RobotsView
-from swarmscout.testing.policy_situations import short_mission
+from swarmscout.testing.small_worlds import short_mission
 
 
 def view_of(mission: Mission) -> RobotsView:

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from wrong_policies import MISTAKES
 
-from swarmscout.core.errors import PolicyError
+from swarmscout.core.errors import PolicyError, SelectorError, SwarmscoutError
 from swarmscout.teams.registry import policies
-from swarmscout.testing import check_policy
+from swarmscout.testing import CHECKS, check, check_policy
 
 
 @pytest.mark.parametrize("name", sorted(policies()))
@@ -84,3 +84,14 @@ def test_generators_and_clocks_are_left_as_they_were() -> None:
     check_policy("by-mode", missions=1)
     assert (random.random(), np.random.random()) == expected  # noqa: NPY002
     assert (time.time, time.perf_counter) == clocks
+
+
+def test_one_entry_checks_every_kind_of_plug_in() -> None:
+    assert set(CHECKS) == {"policy", "selector"}
+    assert check("policy", "by-mode").noun == "policy"
+    with pytest.raises(PolicyError, match="did you mean 'by-mode'"):
+        check("policy", "bymode")
+    with pytest.raises(SelectorError, match="did you mean 'nearest'"):
+        check("selector", "nearst")
+    with pytest.raises(SwarmscoutError, match="unknown kind of plug-in 'selectr': did you mean"):
+        check("selectr", "nearest")

@@ -1,8 +1,8 @@
-"""Views as leaders meet them, the rare ones too: real maps and routes, but no mission."""
+"""Leaders' views on made-up maps, with real routes but without a mission, rare ones included."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,23 +16,31 @@ from swarmscout.core.streams import stream
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
 from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import DESTINATION, DUE_AT, LEADER, SIZE, TEAM, blank_minds
+from swarmscout.minds.minds import (
+    DESTINATION,
+    DUE_AT,
+    LEADER,
+    SIZE,
+    TEAM,
+    Minds,
+    blank_minds,
+)
 from swarmscout.mission import build
 from swarmscout.mission.scenario import Scenario
 from swarmscout.robots.bodies import heading_table
 
-__all__ = ["Situation", "leader_view", "situations"]
+__all__ = ["Situation", "leader_view", "made_up_swarm", "situations"]
 
 Cell = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What a leader may meet.
+    """One situation of a leader.
 
     Attributes:
         words: what is special about it.
-        view: what the leader sees.
+        view: what the leader knows.
     """
 
     words: str
@@ -49,36 +57,24 @@ def leader_view(
     step: int = 1,
     seed: int = 0,
 ) -> LeaderView:
-    """The view of a leader on a map that is made up.
+    """The view of a leader on a made-up map.
 
     Args:
         labels: uint8[rows, columns], UNKNOWN, FREE or OCCUPIED; cells of 0.5 m.
         leader: the cell that robot 0 stands in, which leads the team.
-        members: the cells of the others in its team, robots 1, 2, ….
-        others: teams of one: where it stands and its destination.
-        previous: the team's last destination, no frontier any more; None: it had none yet.
+        members: the cells of the other robots in its team, numbers 1, 2, ….
+        others: other teams, of one robot each: its cell and its destination.
+        previous: the team's last destination; None: it had none yet.
         step: the current step.
         seed: of the leader's random streams, and of what the map's evidence is in detail.
 
     Returns:
         What :class:`swarmscout.destinations.selection.Destinations` shows in a mission.
     """
-    rows, columns = labels.shape
     places = [leader, *members, *(place for place, _ in others)]
-    robots, team = len(places), 1 + len(members)
-    scenario = Scenario(robots=robots, seed=seed)
-    frame = GridFrame(-2.0, 3.0, scenario.map.cell_m, rows, columns)
-    model = build.make_model(scenario)
-    grids = OccupancyGrids(frame, 1, model, scenario.map.frontier_neighbours)
-    known = np.flatnonzero(labels != UNKNOWN)
-    amounts = stream(seed, "evidence").integers(900, 4000, len(known))
-    signed = np.where(labels.ravel()[known] == FREE, -amounts, amounts)
-    everything = np.array([len(known)], dtype=np.int64)
-    grids.apply(0, known[None, :], signed[None, :], 0 * everything, everything)
-
-    minds = blank_minds(robots, shared=True)
-    minds.reading[:, :2] = frame.centres_of(np.array(places))
-    minds.reading[:, 3] = 0.8
+    team = 1 + len(members)
+    scenario, grids, minds = made_up_swarm(labels, places, seed=seed)
+    frame = grids.frame
     minds.state[:team, TEAM] = minds.state[:team, LEADER] = 0
     minds.state[:team, SIZE] = team
     minds.state[:, DUE_AT] = step + 100
@@ -91,21 +87,46 @@ def leader_view(
     exchange_beacons(minds, links, step)
 
     planner = build.make_planner(
-        scenario, frame, 1, model, minds.reading[:1, :2].copy(), heading_table()
+        scenario, frame, 1, grids.model, minds.reading[:1, :2].copy(), heading_table()
     )
     witness = _Witness()
-    destinations = build.make_destinations(scenario, None)
-    destinations.selector = witness
-    events = np.zeros((8 * robots + 16, 4), dtype=np.int64)
+    destinations = build.make_destinations(scenario, None, witness)
+    events = np.zeros((8 * len(places) + 16, 4), dtype=np.int64)
     destinations.decide(minds, grids, planner, links, step, events, np.zeros(1, dtype=np.int64))
     return witness.views[0]
 
 
-def situations(seed: int = 0) -> Iterator[Situation]:
-    """What a rule should cope with, from the plain to the rare.
+def made_up_swarm(
+    labels: NDArray[np.uint8], places: Sequence[Cell], *, seed: int
+) -> tuple[Scenario, OccupancyGrids, Minds]:
+    """Robots that share a map that is made up, each in a team of its own.
 
     Args:
-        seed: makes the maps.
+        labels: uint8[rows, columns], UNKNOWN, FREE or OCCUPIED; cells of 0.5 m.
+        places: the cell that each robot stands in.
+        seed: of the scenario, and of what the map's evidence is in detail.
+    """
+    scenario = Scenario(robots=len(places), seed=seed)
+    frame = GridFrame(-2.0, 3.0, scenario.map.cell_m, *labels.shape)
+    model = build.make_model(scenario)
+    grids = OccupancyGrids(frame, 1, model, scenario.map.frontier_neighbours)
+    known = np.flatnonzero(labels != UNKNOWN)
+    amounts = stream(seed, "evidence").integers(900, 4000, len(known))
+    signed = np.where(labels.ravel()[known] == FREE, -amounts, amounts)
+    everything = np.array([len(known)], dtype=np.int64)
+    grids.apply(0, known[None, :], signed[None, :], 0 * everything, everything)
+
+    minds = blank_minds(len(places), shared=True)
+    minds.reading[:, :2] = frame.centres_of(np.array(places))
+    minds.reading[:, 3] = 0.8
+    return scenario, grids, minds
+
+
+def situations(seed: int = 0) -> Iterator[Situation]:
+    """Situations that a selector has to cope with, from plain to rare.
+
+    Args:
+        seed: of the maps.
     """
     rng = stream(seed, "situations")
     plain = _patchy_map(rng, 30, 40)
