@@ -1,4 +1,4 @@
-"""Much unknown area in reach, and not far."""
+"""Much unknown area within reach, over a short path."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ __all__ = ["InformationGain"]
 
 @dataclass(frozen=True, slots=True, config=STRICT)
 class InformationGain:
-    """Most unknown area in the sensor's reach, discounted by the length of the way.
+    """Most unknown area within the sensor's reach, discounted by the length of the path.
 
-    The leader takes the frontier with the highest ``A · exp(-decay_per_m · L)``: A is the unknown
-    area within reach of it, L the way to it.
+    The leader takes the frontier with the highest ``A · exp(-decay_per_m · L)``, where A is the
+    unknown area within reach of it and L the length of the path to it.
 
     Attributes:
-        reach_m: how far round a frontier unknown area counts.
-        decay_per_m: how fast the gain shrinks with the way.
+        reach_m: radius around a frontier in which unknown area counts.
+        decay_per_m: rate at which the gain decays with the path length.
 
     Source: González-Baños, Latombe (2002), "Navigation strategies for exploring indoor
-        environments", International Journal of Robotics Research. For one robot in the original,
-        so it is local as it stands; A counts cells in a disc in place of cast rays.
+        environments", International Journal of Robotics Research. The original is for one robot, so
+        it is decentralized. A counts the cells in a disc instead of casting rays.
     """
 
     reach_m: Metres = 1.9

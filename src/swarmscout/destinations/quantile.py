@@ -19,11 +19,11 @@ __all__ = ["Quantile"]
 class Quantile:
     """A frontier near the team, at a random quantile of the distance (the paper's baseline).
 
-    The quantile is drawn from a normal distribution round a personal bias and clipped to [0, 1];
-    the frontier with rank ``round(q · (n - 1))`` by straight distance is chosen, ties by cell.
+    The quantile is drawn from a normal distribution around a personal bias and clipped to [0, 1];
+    the frontier with rank ``round(q · (n - 1))`` by straight-line distance is chosen, ties by cell.
 
     Attributes:
-        bias_min, bias_max: each robot's bias is uniform in this range, drawn once a mission.
+        bias_min, bias_max: range of the uniform bias that each robot draws once per mission.
         sigma: standard deviation of the quantile.
 
     Source: paper, "Baseline target selection".
@@ -43,13 +43,14 @@ class Quantile:
         """The leader's personal bias, and the quantile of this decision, clipped to [0, 1].
 
         Args:
-            view: whose generators are used; memory: the bias, or None at first.
+            view: the generators are taken from it.
+            memory: the bias, or None at first.
         """
         bias = view.character.uniform(self.bias_min, self.bias_max) if memory is None else memory
         return bias, min(1.0, max(0.0, view.rng.normal(bias, self.sigma)))
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
-        """See :class:`swarmscout.destinations.selector.Selector`; remembers the bias."""
+        """See :class:`swarmscout.destinations.selector.Selector`; the memory is the bias."""
         bias, quantile = self.draw(view, memory)
         distances = view.distances_m
         rank = round(quantile * (len(distances) - 1))

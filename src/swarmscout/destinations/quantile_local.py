@@ -19,15 +19,15 @@ __all__ = ["QuantileLocal"]
 class QuantileLocal(Quantile):
     """A random quantile of the distance, as the baseline, but among frontiers near the team.
 
-    The baseline's quantile counts all frontiers of the swarm, so a team is sent farther the more
-    the others have found. Here only those within a radius count; if there are none, all do.
+    The baseline's quantile counts all frontiers of the map, so a team is sent farther the more
+    frontiers other teams find. Here only those within a radius count; without any, all do.
 
     Attributes:
         bias_min, bias_max, sigma: as in the baseline.
-        radius_m: straight distance from the team up to which a frontier is near.
+        radius_m: straight-line distance from the team within which a frontier is near.
 
-    Source: paper, "Baseline target selection" ("a frontier cell nearby each team"). Decentralized
-        as it stands: it reads the team's own position only.
+    Source: paper, "Baseline target selection" ("a frontier cell nearby each team"). Decentralized:
+        it reads the team's own position only.
     """
 
     bias_min: Share = 0.19
@@ -35,7 +35,7 @@ class QuantileLocal(Quantile):
     radius_m: Metres = 2.75
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
-        """See :class:`swarmscout.destinations.selector.Selector`; remembers the bias."""
+        """See :class:`swarmscout.destinations.selector.Selector`; the memory is the bias."""
         bias, quantile = self.draw(view, memory)
         distances = view.distances_m
         near = int(np.count_nonzero(distances <= self.radius_m)) or len(distances)

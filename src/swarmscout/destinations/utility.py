@@ -1,4 +1,4 @@
-"""Utility minus cost, where a destination of others makes what lies round it less useful."""
+"""Utility minus cost, where other teams' destinations reduce the utility around them."""
 
 from __future__ import annotations
 
@@ -18,20 +18,19 @@ __all__ = ["Utility"]
 
 @dataclass(frozen=True, slots=True, config=STRICT)
 class Utility:
-    """Utility minus way; other teams' destinations make what is near them less useful.
+    """Utility minus path length; other teams' destinations reduce the utility near them.
 
-    Each frontier's utility begins at 1, and each destination of another team at distance d takes
-    ``max(0, 1 - d / range_m)`` off it. The leader takes the frontier with the highest utility minus
-    ``beta_per_m`` times its way.
+    The utility of a frontier is 1, reduced by ``max(0, 1 - d / range_m)`` for each destination of
+    another team at distance d. The leader takes the frontier with the highest utility minus
+    ``beta_per_m`` times the length of the path to it.
 
     Attributes:
-        range_m: a destination makes frontiers up to here less useful.
-        beta_per_m: what a metre of way costs, in utilities.
+        range_m: distance within which a destination reduces the utility of frontiers.
+        beta_per_m: cost per metre of path, in units of utility.
 
     Source: Burgard, Moors, Stachniss, Schneider (2005), "Coordinated multi-robot exploration", IEEE
-        Transactions on Robotics. There a central loop assigns one robot after the other; made
-        local: each leader discounts round the destinations that it last heard of, and takes its
-        own best.
+        Transactions on Robotics. In the original a central loop assigns one robot after the other.
+        Decentralized here: each leader uses the destinations that it last heard.
     """
 
     range_m: Metres = 29.0
