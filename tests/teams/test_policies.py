@@ -1,4 +1,4 @@
-"""Policies are found by name and by file, and their mistakes told in one line."""
+"""Policies are found by name and by file, and their mistakes reported in one line."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_by_mode_is_the_papers() -> None:
 
 
 @pytest.mark.parametrize("own_maps", [False, True])
-def test_a_robot_in_chr_mode_wants_to_be_alone_whatever_the_policy_says(own_maps: bool) -> None:
+def test_a_robot_in_chr_mode_desires_1_for_every_policy(own_maps: bool) -> None:
     mission = short_mission(1, policy=Pairs(7), own_maps=own_maps)
     for _ in range(60):
         mission.step()
@@ -139,7 +139,7 @@ class Answers:
         (Answers([True] * 8), "returned bool[8], expected int64[8]"),
     ],
 )
-def test_wrong_answers_are_told(policy: Any, says: str) -> None:
+def test_wrong_answers_are_reported(policy: Any, says: str) -> None:
     mission = short_mission(0, policy=policy)
     with pytest.raises(PolicyError) as caught:
         mission.step()

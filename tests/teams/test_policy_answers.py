@@ -24,7 +24,7 @@ def swarm(places: list[tuple[int, int]] = PLACES, desired_size: int = 5) -> Robo
 
 
 def line(*gaps: int) -> RobotsView:
-    """Robots in a row, so many cells apart."""
+    """Robots in a row with these gaps, in cells."""
     columns = np.cumsum([2, *gaps]).tolist()
     return swarm([(5, column) for column in columns])
 

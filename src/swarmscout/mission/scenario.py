@@ -85,17 +85,17 @@ class Scenario(Parameters):
         5
     """
 
-    world: str = Field("lava-tube", min_length=1, description="a named world, or a map's path")
-    world_seed: int | None = Field(None, ge=0, description="a generated world's own seed")
-    robots: int = Field(15, ge=1, le=100_000, description="N, the number of robots")
-    steps: int = Field(300, ge=1, le=10_000_000, description="the mission's length")
-    seed: int = Field(0, ge=0, description="starts, noise, charge, characters, decisions")
+    world: str = Field("lava-tube", min_length=1, description="name of a world, or path of a map")
+    world_seed: int | None = Field(None, ge=0, description="seed of a generated world")
+    robots: int = Field(15, ge=1, le=100_000, description="number of robots N")
+    steps: int = Field(300, ge=1, le=10_000_000, description="length of the mission in steps")
+    seed: int = Field(0, ge=0, description="seed of starts, noise, charge, characters, decisions")
     start: Literal["one-place", "spread"] = Field(
-        "one-place", description="robots start round the stations, or all over the world"
+        "one-place", description="robots start around the stations, or all over the world"
     )
     destinations: str = Field("quantile", min_length=1, description="a selector, or FILE.py:NAME")
-    selector: dict[str, Any] = Field(default_factory=dict, description="the selector's parameters")
-    policy: dict[str, Any] = Field(default_factory=dict, description="the policy's parameters")
+    selector: dict[str, Any] = Field(default_factory=dict, description="parameters of the selector")
+    policy: dict[str, Any] = Field(default_factory=dict, description="parameters of the policy")
     body: BodyParameters = BodyParameters()
     sensor: SensorScenario = SensorScenario()
     battery: BatteryParameters = BatteryParameters()
