@@ -137,7 +137,8 @@ def test_selectors_of_other_packages_are_listed_by_their_docstrings(tmp_path: Pa
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: far-pack\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text(
-        "[swarmscout.selectors]\nfar = far_away:Far\nbroken = far_away:Gone\nrandom = far_away:Far\n"
+        "[swarmscout.selectors]\nfar = far_away:Far\nbroken = far_away:Gone\n"
+        "random = far_away:Far\n"
     )
     ask = (
         "from swarmscout.destinations.registry import make_selector, selectors\n"

@@ -39,14 +39,14 @@ _LATER_S = 86_461.7
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What was checked, and held.
+    """What was checked and found sound.
 
     Attributes:
         noun: what kind of plug-in was checked: "selector".
         name: the plug-in's.
         checks: one line for each part of the contract.
-        situations: in words, what the plug-in was confronted with.
-        answers: number of times that it was asked.
+        situations: descriptions of the situations that it was tried in.
+        answers: number of questions asked.
     """
 
     noun: str
@@ -66,18 +66,19 @@ class Report:
 class Guard(ABC, Generic[V]):
     """A plug-in that asks another one in its place, and checks each answer.
 
-    A subclass adds the kind's own method, which calls :meth:`answer`, and says what its views and
-    answers are.
+    A subclass adds the kind's own method, which calls :meth:`answer`, and defines the views and
+    answers of the kind. A view is everything that is shown in one call, with its ``step``.
 
     Attributes:
-        registry: of the kind.
-        checks: parts of the contract, one line each.
-        draw_from: advice for one that draws from global generators.
-        remember_in: advice for one that remembers in itself.
-        spread: in missions, answers of every ``spread``-th step only are asked for again.
-        rule: the plug-in that is checked; name: what it is called.
-        where: the situation in words; "" in a mission.
-        answers: number of answers so far.
+        registry: the kind's registry.
+        checks: the parts of the contract, one line each.
+        draw_from: advice for plug-ins that draw from global generators.
+        remember_in: advice for plug-ins that change themselves.
+        spread: in missions, repeat the question in every ``spread``-th step only.
+        rule: the plug-in that is checked.
+        name: its name in errors.
+        where: the situation in words, or "" in a mission.
+        answers: number of questions asked so far.
     """
 
     registry: ClassVar[Registry[Any]]
@@ -121,8 +122,8 @@ class Guard(ABC, Generic[V]):
 
         Args:
             view: what is shown.
-            memory: what the plug-in is handed besides.
-            once: whether it is asked once only, and not for the same answer again.
+            memory: what the plug-in remembered.
+            once: whether not to repeat the question.
 
         Raises:
             SwarmscoutError: the kind's own error, with the part of the contract that is broken.
@@ -147,7 +148,7 @@ class Guard(ABC, Generic[V]):
             seed: of the first one.
 
         Returns:
-            In words, what was run.
+            A description of what was run.
 
         Raises:
             SwarmscoutError: the kind's own error: something is wrong in a mission.
