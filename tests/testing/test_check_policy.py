@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from wrong_policies import MISTAKES
 
-from swarmscout.core.errors import PolicyError, SelectorError, SwarmscoutError
-from swarmscout.teams.registry import policies
-from swarmscout.testing import CHECKS, check, check_policy
+from swarmscout.core.errors import PolicyError, SelectorError
+from swarmscout.destinations.registry import SELECTORS
+from swarmscout.teams.registry import POLICIES, policies
+from swarmscout.testing import CHECKS, check_policy
 
 
 @pytest.mark.parametrize("name", sorted(policies()))
@@ -86,12 +87,10 @@ def test_generators_and_clocks_are_left_as_they_were() -> None:
     assert (time.time, time.perf_counter) == clocks
 
 
-def test_one_entry_checks_every_kind_of_plug_in() -> None:
-    assert set(CHECKS) == {"policy", "selector"}
-    assert check("policy", "by-mode").noun == "policy"
+def test_there_is_a_check_for_every_kind_of_plug_in() -> None:
+    assert set(CHECKS) == {POLICIES.noun, SELECTORS.noun}
+    assert CHECKS["policy"]("by-mode").noun == "policy"
     with pytest.raises(PolicyError, match="did you mean 'by-mode'"):
-        check("policy", "bymode")
+        CHECKS["policy"]("bymode")
     with pytest.raises(SelectorError, match="did you mean 'nearest'"):
-        check("selector", "nearst")
-    with pytest.raises(SwarmscoutError, match="unknown kind of plug-in 'selectr': did you mean"):
-        check("selectr", "nearest")
+        CHECKS["selector"]("nearst")

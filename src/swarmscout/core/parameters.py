@@ -1,18 +1,27 @@
 """Parameters that users set: records checked by pydantic where they are declared.
 
 A section of a scenario is a :class:`Parameters` record. The parameters of a plug-in (a selector, a
-policy, …) are the fields of its class, a pydantic dataclass with the configuration :data:`STRICT`.
-A user's plug-in may be any class: its arguments are checked by :func:`check_arguments`.
+policy, …) are the fields of its class, a :func:`checked_dataclass`. A user's plug-in may be any
+class: its arguments are checked by :func:`check_arguments`.
 """
 
 from __future__ import annotations
 
 import inspect
 import reprlib
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    TypeVar,
+    dataclass_transform,
+    get_type_hints,
+)
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass
 
 from swarmscout.core.errors import ScenarioError, SwarmscoutError, did_you_mean
 
@@ -25,13 +34,15 @@ __all__ = [
     "Share",
     "Steps",
     "check_arguments",
+    "checked_dataclass",
     "describe_invalid_arguments",
     "describe_invalid_keys",
 ]
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
-"""Configuration of a plug-in's pydantic dataclass: no unknown names, no conversion of types."""
+"""Configuration of plug-ins' dataclasses: no unknown names, no conversion of types."""
 
+T = TypeVar("T")
 Amount = Annotated[float, Field(ge=0.0, le=1e6)]
 Metres = Amount
 Steps = Annotated[int, Field(ge=0, le=1_000_000_000)]
@@ -95,18 +106,47 @@ def describe_invalid_keys(error: ValidationError, model: type[BaseModel]) -> str
     return f"key '{key}' = {_brief(given)}: {message}{more}"
 
 
-def describe_invalid_arguments(error: ValidationError) -> str:
+def describe_invalid_arguments(error: ValidationError, names: Sequence[str] = ()) -> str:
     """The first thing that is wrong with a plug-in's parameters, in one line.
 
     Args:
         error: what pydantic says of the plug-in's class.
+        names: of the parameters, in order.
     """
     first = error.errors(include_url=False)[0]
     message = _message(first["msg"])
     if not first["loc"]:
         return message
-    key = ".".join(str(part) for part in first["loc"])
+    key = first["loc"][0]
+    key = names[key] if isinstance(key, int) and key < len(names) else key
     return f"{key} = {_brief(first['input'])}: {message}"
+
+
+@dataclass_transform(frozen_default=True)
+def checked_dataclass(kind: type[T]) -> type[T]:
+    """Make a class a frozen pydantic dataclass whose constructor raises errors of one line.
+
+    Example:
+        >>> @checked_dataclass
+        ... class Far:
+        ...     reach_m: Metres = 3.0
+        >>> Far(-1.0)
+        Traceback (most recent call last):
+        ValueError: reach_m = -1.0: should be greater than or equal to 0
+    """
+    made: Any = dataclass(kind, frozen=True, config=STRICT)
+    names = list(made.__dataclass_fields__)
+    constructor = made.__init__
+
+    @wraps(constructor)
+    def __init__(self: Any, *given: Any, **named: Any) -> None:
+        try:
+            constructor(self, *given, **named)
+        except ValidationError as error:
+            raise ValueError(describe_invalid_arguments(error, names)) from None
+
+    made.__init__ = __init__
+    return made  # type: ignore[no-any-return]
 
 
 def check_arguments(
@@ -114,8 +154,8 @@ def check_arguments(
 ) -> None:
     """Check keyword arguments for a plug-in's class before it is called.
 
-    The type of an argument is its annotation or else that of its default. Only ``bool``, ``int``,
-    ``float`` and ``str`` are checked, and every number has to be finite.
+    An argument's type is its annotation or that of its default; ``bool``, ``int``, ``float`` and
+    ``str`` are checked, and every number has to be finite.
 
     Args:
         subject: what the plug-in is called in errors: "selector 'mine'".

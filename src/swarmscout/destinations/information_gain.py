@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pydantic.dataclasses import dataclass
 
-from swarmscout.core.parameters import STRICT, Amount, Metres
+from swarmscout.core.parameters import Amount, Metres, checked_dataclass
 from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -15,7 +14,7 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["InformationGain"]
 
 
-@dataclass(frozen=True, slots=True, config=STRICT)
+@checked_dataclass
 class InformationGain:
     """Most unknown area within the sensor's reach, discounted by the length of the path.
 

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic.dataclasses import dataclass
 
-from swarmscout.core.parameters import STRICT, Metres
+from swarmscout.core.parameters import Metres, checked_dataclass
 from swarmscout.destinations.crowding import crowding
 from swarmscout.destinations.path_lengths import choice_of
 from swarmscout.destinations.selector import Choice
@@ -17,7 +16,7 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["LlmLike"]
 
 
-@dataclass(frozen=True, slots=True, config=STRICT)
+@checked_dataclass
 class LlmLike:
     """A score of the paper's reasons: near, away from others, many frontiers, few obstacles.
 

@@ -6,10 +6,9 @@ from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
-from pydantic.dataclasses import dataclass
 
 from swarmscout.core.jit import kernel
-from swarmscout.core.parameters import STRICT, Metres
+from swarmscout.core.parameters import Metres, checked_dataclass
 from swarmscout.destinations.path_lengths import ways_m
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -72,7 +71,7 @@ def weigh(  # type: ignore[no-untyped-def]
         score[f] = total
 
 
-@dataclass(frozen=True, slots=True, config=STRICT)
+@checked_dataclass
 class MultiCriteria:
     """A weighted sum: near the front member, open ground, away from other teams, straight on.
 

@@ -6,16 +6,15 @@ from typing import Any
 
 import numpy as np
 from pydantic import NonNegativeFloat, model_validator
-from pydantic.dataclasses import dataclass
 
-from swarmscout.core.parameters import STRICT, Share
+from swarmscout.core.parameters import Share, checked_dataclass
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Quantile"]
 
 
-@dataclass(frozen=True, slots=True, config=STRICT)
+@checked_dataclass
 class Quantile:
     """A frontier near the team, at a random quantile of the distance (the paper's baseline).
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pydantic.dataclasses import dataclass
 
-from swarmscout.core.parameters import STRICT, Metres, Share
+from swarmscout.core.parameters import Metres, Share, checked_dataclass
 from swarmscout.destinations.quantile import Quantile
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -15,7 +14,7 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["QuantileLocal"]
 
 
-@dataclass(frozen=True, slots=True, config=STRICT)
+@checked_dataclass
 class QuantileLocal(Quantile):
     """A random quantile of the distance, as the baseline, but among frontiers near the team.
 

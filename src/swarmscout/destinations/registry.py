@@ -5,10 +5,6 @@ Other packages register theirs under the entry point group ``swarmscout.selector
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
-
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.registry import Registry
 from swarmscout.destinations.selector import Selector
@@ -58,17 +54,4 @@ def model_selectors() -> dict[str, str]:
     return {name: line for name, line in SELECTORS.names().items() if name in _WITH_MODELS}
 
 
-def make_selector(
-    name: str, parameters: Mapping[str, Any] | None = None, base: Path | None = None
-) -> Selector:
-    """Make a selector by its name.
-
-    Args:
-        name: a registered name, or ``file.py:ClassName``, whose code is run.
-        parameters: keyword arguments for its class.
-        base: the folder that a relative file is looked for in, besides the working directory.
-
-    Raises:
-        SelectorError: there is no such selector, or it does not take these parameters.
-    """
-    return SELECTORS.make(name, parameters, base)
+make_selector = SELECTORS.make

@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveInt
-from pydantic.dataclasses import dataclass
 
-from swarmscout.core.parameters import STRICT, Metres
+from swarmscout.core.parameters import Metres, checked_dataclass
 from swarmscout.teams.robots_view import RobotsView
 
 __all__ = ["ByCrowd"]
 
 
-@dataclass(frozen=True, slots=True, config=STRICT)
+@checked_dataclass
 class ByCrowd:
     """Teams where robots crowd, single robots where they have room.
 

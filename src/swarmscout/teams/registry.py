@@ -5,10 +5,6 @@ Other packages register theirs under the entry point group ``swarmscout.policies
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
-
 from swarmscout.core.errors import PolicyError
 from swarmscout.core.registry import Registry
 from swarmscout.teams.policy import DesiredSizePolicy
@@ -27,23 +23,5 @@ POLICIES: Registry[DesiredSizePolicy] = Registry(
     },
 )
 
-
-def policies() -> dict[str, str]:
-    """Registered names of policies, each with one line on what it does."""
-    return POLICIES.names()
-
-
-def make_policy(
-    name: str, parameters: Mapping[str, Any] | None = None, base: Path | None = None
-) -> DesiredSizePolicy:
-    """Make a policy by its name.
-
-    Args:
-        name: a registered name, or ``file.py:ClassName``, whose code is run.
-        parameters: keyword arguments for its class.
-        base: the folder that a relative file is looked for in, besides the working directory.
-
-    Raises:
-        PolicyError: there is no such policy, or it does not take these parameters.
-    """
-    return POLICIES.make(name, parameters, base)
+policies = POLICIES.names
+make_policy = POLICIES.make
