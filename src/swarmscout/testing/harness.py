@@ -198,18 +198,27 @@ class Guard(ABC, Generic[V]):
         if once:
             return first
         expected = fingerprint(first)
-        if fingerprint(self._watch(view, memory)) != expected:
-            raise self._error(
-                f"is not deterministic: it gave two different answers to the same view; "
-                f"{self.remember_in}"
-            )
-        if fingerprint(self._watch(view, memory, later_s=_LATER_S)) != expected:
-            raise self._error("depends on the clock: use view.step")
-        if fingerprint(self._watch(view, memory, globals_seed=2)) != expected:
-            raise self._error(
-                "depends on global randomness: its answer changes with the seed of random or "
-                f"numpy.random; {self.draw_from}"
-            )
+
+        def differs(**changes: Any) -> bool:
+            return fingerprint(self._watch(view, memory, **changes)) != expected
+
+        clock = "depends on the clock: use view.step"
+        randomness = (
+            "depends on global randomness: its answer changes with the seed of random or "
+            f"numpy.random; {self.draw_from}"
+        )
+        changes: dict[str, dict[str, Any]] = {
+            "": {}, clock: {"later_s": _LATER_S}, randomness: {"globals_seed": 2},
+        }  # fmt: skip
+        for blame, change in changes.items():
+            if differs(**change):
+                # The change is to blame only if the answer stays the same without it.
+                if blame and not differs():
+                    raise self._error(blame)
+                raise self._error(
+                    "is not deterministic: it gave two different answers to the same view; "
+                    f"{self.remember_in}"
+                )
         return first
 
     def _watch(self, view: V, memory: Any, *, globals_seed: int = 1, later_s: float = 0.0) -> Any:
