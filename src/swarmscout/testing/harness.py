@@ -200,7 +200,7 @@ class Guard(ABC, Generic[V]):
         expected = fingerprint(first)
 
         def differs(**changes: Any) -> bool:
-            return fingerprint(self._watch(view, memory, **changes)) != expected
+            return bool(fingerprint(self._watch(view, memory, **changes)) != expected)
 
         clock = "depends on the clock: use view.step"
         randomness = (
