@@ -14,7 +14,7 @@ from swarmscout.destinations.asking import Talk, settle
 from swarmscout.destinations.registry import make_selector
 from swarmscout.destinations.selector import Choice
 from swarmscout.testing import small_world
-from swarmscout.testing.instrumented_view import fingerprint
+from swarmscout.testing.fingerprints import fingerprint
 
 
 def last(step: int, asked: Sequence[tuple[int, Request]]) -> list[Reply]:

@@ -16,7 +16,7 @@ from swarmscout.destinations.llm.llm import Llm
 from swarmscout.destinations.llm.shortlist import LlmShortlist, ShortlistRandom, best_of
 from swarmscout.destinations.registry import RECOMMENDED, make_selector, model_selectors
 from swarmscout.testing import check_selector, small_world
-from swarmscout.testing.instrumented_view import fingerprint
+from swarmscout.testing.fingerprints import fingerprint
 from swarmscout.testing.situations import leader_view, situations
 
 

@@ -22,7 +22,7 @@ from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Reply
 from swarmscout.mission.mission import Mission
 from swarmscout.testing import small_world
-from swarmscout.testing.instrumented_view import fingerprint
+from swarmscout.testing.fingerprints import fingerprint
 
 pytest.importorskip("openai")
 

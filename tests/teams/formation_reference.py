@@ -28,6 +28,7 @@ from swarmscout.mapping.log_odds import InverseSensorModel
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import Minds, blank_minds
 from swarmscout.teams.formation import TeamFormation
+from swarmscout.teams.parameters import TeamParameters
 
 Team = tuple[int, int]
 """A team as heard: its id, and the leader that a robot follows in it."""
@@ -59,7 +60,10 @@ class Population:
         self.number = 0
         self.events: list[list[int]] = []
         self.snapshot: Snapshot | None = None
-        self._formation = TeamFormation(robots, d_join_m, silence, rule == "general")
+        self._formation = TeamFormation(
+            robots,
+            TeamParameters(d_join_m=d_join_m, silence_steps=silence, leave_rule=rule),  # type: ignore[arg-type]
+        )
 
     def step(
         self,

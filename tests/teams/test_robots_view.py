@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from swarmscout.core.enums import CHARGE
 from swarmscout.mission.mission import Mission
 from swarmscout.teams.robots_view import RobotsView
-from swarmscout.testing.policy_situations import short_mission
+from swarmscout.testing.small_worlds import short_mission
 
 
 def view_of(mission: Mission) -> RobotsView:

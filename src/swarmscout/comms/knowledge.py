@@ -113,9 +113,9 @@ class Knowledge:
 
     def noticed(self, robot: int, step: int) -> NDArray[np.bool_]:
         """bool[N], the robots whose beacon and notices a robot heard in a step; itself too."""
-        heard: NDArray[np.bool_] = self.heard["step"][self.ear[robot]] == step
-        heard = heard & (self.notices["step"] == step)
-        return heard
+        noticed: NDArray[np.bool_] = self.notices["step"] == step
+        noticed &= self.heard["step"][self.ear[robot]] == step
+        return noticed
 
     def oldest(self) -> NDArray[np.int64]:
         """int64[N], how many entries of each robot's log every row contains."""

@@ -28,6 +28,7 @@ from swarmscout.destinations.dispersal import FAN, fan_out
 from swarmscout.destinations.features import Scratch
 from swarmscout.destinations.latency import Waiting
 from swarmscout.destinations.leader_views import LeaderViews, ViewSettings
+from swarmscout.destinations.parameters import DispersalParameters, RenewalParameters
 from swarmscout.destinations.renewal import (
     RENEWAL,
     avoid_given_up,
@@ -56,6 +57,7 @@ class Setting:
         headings: float64[ticks, 2], (cos, sin).
         forward_m: length of a robot's move.
         latency_steps: how long a language model's answer takes.
+        centre: whether a team's position is the mean of its members', else its leader's.
     """
 
     seed: int
@@ -64,6 +66,7 @@ class Setting:
     headings: NDArray[np.float64]
     forward_m: float
     latency_steps: int
+    centre: bool
 
 
 class Destinations:
@@ -80,7 +83,7 @@ class Destinations:
     Args:
         selector, name: see above.
         renewal: when a destination is renewed.
-        teams: what a team's position is, and how its members fan out.
+        dispersal: how members fan out.
         setting: see above.
     """
 
@@ -88,8 +91,8 @@ class Destinations:
         self,
         selector: Selector,
         name: str,
-        renewal: Any,
-        teams: Any,
+        renewal: RenewalParameters,
+        dispersal: DispersalParameters,
         setting: Setting,
     ) -> None:
         self.selector = selector
@@ -102,13 +105,13 @@ class Destinations:
         self._headings = setting.headings
         self._forward_m = setting.forward_m
         self._renewal = renewal
-        self._views = ViewSettings(setting.seed, teams.position == "center", len(setting.headings))
+        self._views = ViewSettings(setting.seed, setting.centre, len(setting.headings))
         self._scratch = Scratch(setting.frame)
         self._rules = _record(RENEWAL, setting.frame, renewal)
-        self._fan = _record(FAN, setting.frame, renewal) if teams.members == "fan" else None
+        self._fan = _record(FAN, setting.frame, renewal) if dispersal.members == "fan" else None
         if self._fan is not None:
-            self._fan["fan_m"], self._fan["turn_m"] = teams.fan_m, teams.fan_turn_m
-            self._fan["apart_m"] = teams.fan_apart_m
+            self._fan["fan_m"], self._fan["turn_m"] = dispersal.fan_m, dispersal.fan_turn_m
+            self._fan["apart_m"] = dispersal.fan_apart_m
 
     def decide(
         self, minds: Minds, knowledge: Knowledge, planner: Planner, step: int, events: EventLog
@@ -242,7 +245,7 @@ class Destinations:
         )
 
 
-def _record(dtype: np.dtype[np.void], frame: GridFrame, renewal: Any) -> np.void:
+def _record(dtype: np.dtype[np.void], frame: GridFrame, renewal: RenewalParameters) -> np.void:
     """Rules as an argument of kernels."""
     record: np.void = np.zeros(1, dtype=dtype)[0]
     for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):

@@ -232,6 +232,7 @@ def make_destinations(
         heading_table(),
         scenario.body.forward_m,
         scenario.llm.latency_steps,
+        scenario.teams.position == "center",
     )
     return Destinations(rule, rule_name(name), scenario.renewal, scenario.teams, setting)
 
@@ -249,10 +250,7 @@ def make_radio(scenario: Scenario, base: Path | None) -> Radio:
 
 def make_formation(scenario: Scenario) -> TeamFormation:
     """Forms teams."""
-    teams = scenario.teams
-    return TeamFormation(
-        scenario.robots, teams.d_join_m, teams.silence_steps, teams.leave_rule == "general"
-    )
+    return TeamFormation(scenario.robots, scenario.teams)
 
 
 def make_motion(ground: World, scenario: Scenario) -> Motion:

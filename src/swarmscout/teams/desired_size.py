@@ -1,4 +1,4 @@
-"""Desired team sizes: a policy is asked once a step, for all robots."""
+"""Desired team sizes: a policy is called once per step, for all robots."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ def take_sizes(own, answer, largest):  # type: ignore[no-untyped-def]
 
 
 class DesiredSizes:
-    """Asks the policy.
+    """Calls the policy.
 
     Args:
-        policy: the rule.
-        name: what it is called in errors.
-        desired_size: the scenario's ``teams.desired_size``; until the first step all want that.
+        policy: sets the sizes.
+        name: its name in errors.
+        desired_size: the scenario's ``teams.desired_size``, also the size before the first step.
     """
 
     def __init__(self, policy: DesiredSizePolicy, name: str, desired_size: int) -> None:
@@ -51,10 +51,10 @@ class DesiredSizes:
         self.desired_size = desired_size
 
     def decide(self, minds: Minds, knowledge: Knowledge, step: int) -> None:
-        """Ask what size of team each robot desires, and write it into its mind.
+        """Write the team size that each robot desires into its mind.
 
         Raises:
-            PolicyError: the policy failed, or its answer is no size for each robot.
+            PolicyError: the policy failed, or did not answer a size for each robot.
         """
         view = RobotsView(minds, knowledge, step, self.desired_size)
         try:
@@ -83,7 +83,7 @@ def checked_sizes(answer: Any, robots: int) -> NDArray[np.int64]:
         robots: N.
 
     Raises:
-        PolicyError: it is something else; the message starts with a verb.
+        PolicyError: it is something else; the message begins with a verb.
     """
     if isinstance(answer, np.ndarray) and answer.dtype == np.int64 and answer.shape == (robots,):
         return np.ascontiguousarray(answer)

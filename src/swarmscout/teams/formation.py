@@ -21,6 +21,7 @@ from swarmscout.core.enums import LEADER as LEADER_EVENT
 from swarmscout.core.events import EventLog, note
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.minds.minds import Minds
+from swarmscout.teams.parameters import TeamParameters
 
 __all__ = ["TALLY", "TEAM_RULES", "TeamFormation", "elect_and_pick", "leave_and_join"]
 
@@ -305,14 +306,14 @@ class TeamFormation:
 
     Args:
         robots: N.
-        d_join_m: teams whose robots are this near may join.
-        silence_steps: a member not heard for more steps is dropped.
-        general: whether the paper's general rule for leaving applies too.
+        teams: who may join, leave, and counts as gone.
     """
 
-    def __init__(self, robots: int, d_join_m: float, silence_steps: int, general: bool) -> None:
+    def __init__(self, robots: int, teams: TeamParameters) -> None:
         self._tally = np.zeros(robots, dtype=TALLY)
-        self._rules = np.array([(d_join_m, silence_steps, general)], dtype=TEAM_RULES)[0]
+        self._rules = np.array(
+            [(teams.d_join_m, teams.silence_steps, teams.leave_rule == "general")], dtype=TEAM_RULES
+        )[0]
 
     def reorganize(self, minds: Minds, knowledge: Knowledge, step: int, events: EventLog) -> None:
         """Let robots leave, join and elect, each by what it has heard."""

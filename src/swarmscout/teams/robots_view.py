@@ -1,7 +1,7 @@
-"""What a policy for the desired team size gets to see: what each robot knows, in arrays.
+"""The view of a policy for the desired team size: what each robot knows, in arrays.
 
-One view serves all robots, because a call for each would cost more than a step. Row i of every
-array belongs to robot i and holds what i knows of itself, reads from its own map, or has heard.
+One view serves all robots, because a call for each would cost more than a step. Row i of each array
+belongs to robot i and holds what i knows of itself, from its own map, and from what it heard.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ T = TypeVar("T", bound=np.generic)
 
 @kernel
 def look_around(own, ear, heard, step, reach_m, counts, nearest_m):  # type: ignore[no-untyped-def]
-    """What each robot hears of others round it in this step.
+    """Count the other robots near each robot, as heard in this step.
 
     Args:
         own: MIND[N]; ear: int64[N] and heard: BEACON[R, N], see ``Knowledge``.
-        step: the current step; reach_m: how far is near.
+        step: the current step; reach_m: distance within which robots count.
         counts: int64[N, 2], written: other robots within reach, and those of other teams.
-        nearest_m: float64[N], written: how far the nearest robot of another team is; inf: none.
+        nearest_m: float64[N], written: distance to the nearest robot of another team; inf: none.
     """
     for i in range(own.shape[0]):
         row = heard[ear[i]]
@@ -45,7 +45,7 @@ def look_around(own, ear, heard, step, reach_m, counts, nearest_m):  # type: ign
             dx = row[j].x_m - own[i].x_m
             dy = row[j].y_m - own[i].y_m
             distance2 = dx * dx + dy * dy
-            # What i itself said in this step is in its own table too.
+            # The own beacon of this step is in the table, too.
             stranger = row[j].team != row[i].team
             if stranger:
                 nearest2 = min(nearest2, distance2)
@@ -57,7 +57,7 @@ def look_around(own, ear, heard, step, reach_m, counts, nearest_m):  # type: ign
 
 @kernel
 def count_near_frontiers(own, ear, status, grid, reach_m, counts):  # type: ignore[no-untyped-def]
-    """Frontier cells of each robot's own map within reach of it.
+    """Count the frontier cells of each robot's own map within reach of it.
 
     Args:
         own: MIND[N]; ear: int64[N], see ``Knowledge``.
@@ -126,7 +126,7 @@ class RobotsView:
 
     @property
     def exploring(self) -> NDArray[np.bool_]:
-        """bool[N], whether the robot explores; else it goes to charge or does."""
+        """bool[N], whether the robot is in EXP mode; otherwise it charges or is on the way to."""
         return _frozen(self._minds.mode != CHARGE)
 
     @property
@@ -136,31 +136,31 @@ class RobotsView:
 
     @property
     def position_m(self) -> NDArray[np.float64]:
-        """float64[N, 2], where the robot believes to be."""
+        """float64[N, 2], the believed position."""
         return _frozen(self._minds.position_m)
 
     @property
     def leads(self) -> NDArray[np.bool_]:
-        """bool[N], whether the robot leads its team; one that is alone does."""
+        """bool[N], whether the robot leads its team; a single robot does."""
         return _frozen(self._minds.leader == np.arange(len(self)))
 
     @property
     def team_size(self) -> NDArray[np.int64]:
-        """int64[N], members of the own team, as known in the last step."""
+        """int64[N], number of members of the own team, as known in the last step."""
         return _frozen(self._minds.own["size"])
 
     @property
     def previous(self) -> NDArray[np.int64]:
-        """int64[N], the robot's desired size until now: the last answer for it."""
+        """int64[N], the previous desired size: the last answer for the robot."""
         return _frozen(self._minds.desired)
 
     @property
     def frontiers(self) -> NDArray[np.int64]:
-        """int64[N], frontier cells of the own map."""
+        """int64[N], number of frontier cells in the own map."""
         return _frozen(self._knowledge.grids.counts[self._knowledge.ear, FRONTIERS])
 
     def frontiers_within(self, reach_m: float) -> NDArray[np.int64]:
-        """Frontier cells of the own map near the robot, whether walls hide them or not.
+        """Number of frontier cells of the own map near the robot, visible or not.
 
         Args:
             reach_m: from the robot to a cell's centre.
@@ -180,7 +180,7 @@ class RobotsView:
         return self._found[key]  # type: ignore[no-any-return]
 
     def robots_within(self, reach_m: float) -> NDArray[np.int64]:
-        """Other robots near the robot, of its own team too, as heard in this step.
+        """Number of other robots near the robot, own team included, as heard in this step.
 
         Args:
             reach_m: in a straight line.
@@ -191,7 +191,7 @@ class RobotsView:
         return self._around(reach_m)[0]
 
     def strangers_within(self, reach_m: float) -> NDArray[np.int64]:
-        """Robots of other teams near the robot, as heard in this step.
+        """Number of robots of other teams near the robot, as heard in this step.
 
         Args:
             reach_m: in a straight line.
@@ -203,13 +203,13 @@ class RobotsView:
 
     @property
     def nearest_stranger_m(self) -> NDArray[np.float64]:
-        """float64[N], how far the nearest robot of another team is; inf where none was heard."""
+        """float64[N], distance to the nearest robot of another team; inf where none was heard."""
         known = next((key for key in self._found if key[0] == "around"), None)
         return self._around(0.0 if known is None else known[1])[2]
 
     @property
     def teams(self) -> NDArray[np.int64]:
-        """int64[N], teams that explore, as last heard from their leaders; the own counts."""
+        """int64[N], number of exploring teams as last heard from leaders, the own one included."""
         if "teams" not in self._found:
             heard = self._knowledge.heard
             leads = heard["leader"] == np.arange(len(self))
@@ -234,7 +234,7 @@ class RobotsView:
 
 
 def _frozen(array: NDArray[T]) -> NDArray[T]:
-    """A read-only look at an array: what it was made from stays writable for its owner."""
+    """A read-only view of an array, which stays writable for its owner."""
     look = array.view()
     look.flags.writeable = False
     return look

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from swarmscout.core.errors import ScenarioError
 from swarmscout.core.registry import Registry
-from swarmscout.robots.radio.disc import Disc
-from swarmscout.robots.radio.full import Full
 from swarmscout.robots.radio.radio import Radio
 
 __all__ = ["RADIOS", "radios"]
@@ -19,7 +17,10 @@ RADIOS: Registry[Radio] = Registry(
     face=Radio,  # type: ignore[type-abstract]
     error=ScenarioError,
     group="swarmscout.radios",
-    built_in={"full": Full, "disc": Disc},
+    built_in={
+        "full": "swarmscout.robots.radio.full:Full",
+        "disc": "swarmscout.robots.radio.disc:Disc",
+    },
 )
 
 
