@@ -12,12 +12,29 @@ from numpy.typing import NDArray
 
 from swarmscout.core.enums import NO_CONTACT, ROBOT_CONTACT, WALL_CONTACT
 from swarmscout.core.grid import GridFrame
-from swarmscout.mapping.evidence import EvidenceLog, observe
+from swarmscout.core.scan import Scan
+from swarmscout.mapping.evidence import EvidenceLog
+from swarmscout.mapping.log_odds import InverseSensorModel
+from swarmscout.mapping.scan_evidence import inverse_model, observe
 
 TICKS = 3600
 ANGLES = np.arange(TICKS) * 2.0 * np.pi / TICKS
 TABLE = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]).round(15)
 FREE, OCCUPIED = -405, 847
+
+
+def read(
+    log: EvidenceLog, frame: GridFrame, scan: Scan, reading: Array, sending: NDArray[np.bool_],
+    contact: NDArray[np.int64], contact_offset: Array, depth_m: float = 0.0,
+) -> None:  # fmt: skip
+    """One scan of all robots into their logs."""
+    grid = InverseSensorModel(FREE, OCCUPIED, -3476, 3476, -619, 619, depth_m)
+    log.make_room()
+    observe(
+        log, reading, sending, scan, contact, contact_offset,
+        inverse_model(scan, grid, frame, TABLE, log.reach),
+    )  # fmt: skip
+
 
 Array = NDArray[np.float64]
 
@@ -90,13 +107,9 @@ def test_log_entries_equal_the_reference(
         contact = rng.choice([NO_CONTACT, WALL_CONTACT, ROBOT_CONTACT], robots)
         contact_offset = rng.uniform(-0.3, 0.3, (robots, 2))
         sending = rng.random(robots) < 0.8
-        log.make_room()
-        observe(
-            log, reading, sending, ranges, offsets, TABLE, range_m, contact, contact_offset,
-            frame, (FREE, OCCUPIED), depth_m,
-        )  # fmt: skip
+        scan = Scan(ranges, offsets, range_m)
+        read(log, frame, scan, reading, sending, contact, contact_offset, depth_m)
         lengths.append(log.length.copy())
-        assert not log.window.any()
         for i in range(robots):
             expected[i].append(
                 reference(
@@ -118,17 +131,15 @@ def test_a_ray_straight_ahead_by_hand() -> None:
     frame = GridFrame(0.0, 0.0, 0.5, rows=3, columns=6)
     log = EvidenceLog(1, 1, 2.5, 0.5, keep=True)
     reading = np.array([[0.25, 0.75, 0.0, 1.0]])
-    observe(
-        log, reading, np.array([True]), np.array([[1.2]]), np.array([0]), TABLE, 2.0,
-        np.array([NO_CONTACT]), np.zeros((1, 2)), frame, (FREE, OCCUPIED), 0.0,
-    )  # fmt: skip
+    nothing = np.array([NO_CONTACT]), np.zeros((1, 2))
+    scan = Scan(np.array([[1.2]]), np.array([0]), 2.0)
+    read(log, frame, scan, reading, np.array([True]), *nothing)
     assert log.cells[0, :3].tolist() == [6, 7, 8]
     assert log.increments[0, :3].tolist() == [FREE, FREE, OCCUPIED]
     # Nothing met: every cell up to the longest range is free.
-    observe(
-        log, reading, np.array([True]), np.array([[np.inf]]), np.array([0]), TABLE, 2.0,
-        np.array([NO_CONTACT]), np.zeros((1, 2)), frame, (FREE, OCCUPIED), 0.0,
-    )  # fmt: skip
+    nothing = np.array([NO_CONTACT]), np.zeros((1, 2))
+    scan = Scan(np.array([[np.inf]]), np.array([0]), 2.0)
+    read(log, frame, scan, reading, np.array([True]), *nothing)
     assert log.cells[0, 3:8].tolist() == [6, 7, 8, 9, 10]
     assert log.increments[0, 3:8].tolist() == [FREE] * 5
     assert log.length.tolist() == [8]

@@ -26,6 +26,9 @@ from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.routes import Planner
 from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
+from swarmscout.robots.sensors.parameters import sensor_parameters
+from swarmscout.robots.sensors.registry import SENSORS
+from swarmscout.robots.sensors.sensor import Sensing, Sensor
 from swarmscout.teams.desired_size import DesiredSizes
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.teams.registry import POLICIES
@@ -49,23 +52,29 @@ __all__ = [
     "make_mesh",
     "make_model",
     "make_planner",
+    "make_sensing",
     "return_reserve",
 ]
 
 
 def complete(
-    scenario: object, seed: int | None, selector: object = None, policy: object = None
+    scenario: object,
+    seed: int | None,
+    selector: object = None,
+    policy: object = None,
+    sensor: object = None,
 ) -> Scenario:
     """A scenario with what a mission was given besides.
 
     Args:
         scenario: what is run. seed: instead of its own. selector: instead of its ``destinations``.
-        policy: instead of its ``teams.policy``.
+        policy: instead of its ``teams.policy``. sensor: instead of its ``sensor``.
 
     Raises:
         ScenarioError: this is no scenario, or the seed is impossible.
         SelectorError: the selector is an object of another kind.
         PolicyError: the policy is.
+        SensorError: the sensor is.
     """
     if not isinstance(scenario, Scenario):
         example = f"world={scenario!r}" if isinstance(scenario, str) else "robots=15"
@@ -81,6 +90,9 @@ def complete(
         POLICIES.check_object(policy)
         teams = {**scenario.teams.model_dump(), "policy": IN_MEMORY + type(policy).__name__}
         changes |= {"teams": teams, "policy": {}}
+    if sensor is not None:
+        SENSORS.check_object(sensor)
+        changes |= {"sensor": {"model": IN_MEMORY + type(sensor).__name__}}
     return Scenario(**{**scenario.model_dump(), **changes}) if changes else scenario
 
 
@@ -129,7 +141,7 @@ def make_bodies(world: World, scenario: Scenario) -> Bodies:
     share = stream(seed, "charge").uniform(battery.start_min, battery.start_max, robots)
     # A mission's first step spends one step's charge: nobody starts with less.
     charge = np.maximum(share * battery.capacity_steps, min(2.0, battery.capacity_steps))
-    return place_bodies(position, heading, charge)
+    return place_bodies(position, heading, charge, seed=seed, radius_m=scenario.body.radius_m)
 
 
 def make_ground(world: World, scenario: Scenario) -> World:
@@ -170,6 +182,35 @@ def make_mesh(world: World, scenario: Scenario) -> Mesh | None:
             "`swarmscout worlds import CAVE.ply`, or take a generated tube"
         )
     return mesh
+
+
+def make_sensing(
+    scenario: Scenario,
+    base: Path | None,
+    sensor: Sensor | None,
+    bodies: Bodies,
+    world: World,
+    ground: World,
+) -> Sensing:
+    """The range sensor, asked once.
+
+    Args:
+        scenario: which sensor. base: folder for its file. sensor: the sensor itself, if at hand.
+        bodies: the mission's robots.
+        world: the mission's world. ground: the same for these bodies, see :func:`make_ground`.
+
+    Raises:
+        SensorError: there is no such sensor, it does not take the scenario's parameters, or it
+            failed.
+        ScenarioError: it needs a mesh, and the world has none.
+        WorldError: the mesh cannot be made.
+    """
+    mesh = make_mesh(world, scenario)
+    seen = ground if mesh is None or ground.mesh is mesh else replace(ground, mesh=mesh)
+    if sensor is None:
+        parameters = sensor_parameters(scenario.sensor)
+        sensor = SENSORS.make(scenario.sensor.model, parameters, base)
+    return Sensing(sensor, rule_name(scenario.sensor.model), bodies, seen)
 
 
 def make_planner(

@@ -15,21 +15,24 @@ from swarmscout.core.enums import CHARGE
 from swarmscout.core.errors import ScenarioError
 from swarmscout.core.language_model import Model
 from swarmscout.core.recorder import Decision, Recorder, StepRecord
+from swarmscout.core.scan import Scan
 from swarmscout.core.version import package_version
 from swarmscout.destinations.selector import Selector
-from swarmscout.mapping.evidence import EvidenceLog, observe
+from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.exchange import exchange_evidence, share_evidence
 from swarmscout.mapping.occupancy import BeliefView, OccupancyGrids
+from swarmscout.mapping.scan_evidence import inverse_model, observe, rays_per_beam
 from swarmscout.minds.minds import DESIRED, blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import build
 from swarmscout.mission.metrics import Judge, map_truth
 from swarmscout.mission.scenario import Scenario
-from swarmscout.mission.sensing import Senses
 from swarmscout.mission.validation import HandCheck, checked_function, checked_links
 from swarmscout.robots.battery import spend_or_charge
 from swarmscout.robots.bodies import heading_table, to_ticks
+from swarmscout.robots.localization import Localization
 from swarmscout.robots.motion import Neighbourhood, carry_out
+from swarmscout.robots.sensors.sensor import Sensor
 from swarmscout.teams.formation import Tally, reorganize
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.catalogue import load_world
@@ -57,6 +60,7 @@ class Mission:
         base: folder for relative paths of the scenario, besides the working directory.
         selector: overrides the scenario's ``destinations``; an object with a method ``choose``.
         policy: overrides the scenario's ``teams.policy``; an object with a method ``desired``.
+        sensor: overrides the scenario's ``sensor``; an object with a method ``scan``.
         model: answers a selector that asks a language model; None: what the scenario's section
             ``llm`` and the environment name.
 
@@ -91,9 +95,10 @@ class Mission:
         base: Path | None = None,
         selector: Selector | None = None,
         policy: DesiredSizePolicy | None = None,
+        sensor: Sensor | None = None,
         model: Model | None = None,
     ) -> None:
-        scenario = build.complete(scenario, seed, selector, policy)
+        scenario = build.complete(scenario, seed, selector, policy, sensor)
         if world is None:
             world = load_world(scenario.world, seed=scenario.world_seed, base=base)
         world = load_world(world)  # Of any other kind of argument it says what is wrong.
@@ -114,8 +119,9 @@ class Mission:
         shared = links is None
         self.own_maps = not shared
         self.headings = heading_table()
-        mesh = build.make_mesh(world, scenario)
-        self.senses = Senses(scenario, ground, self.headings, mesh)
+        self.sensing = build.make_sensing(scenario, base, sensor, self.bodies, world, ground)
+        scan, body = self.sensing.last, scenario.body
+        self.localization = Localization(body.position_noise_m, body.heading_noise_deg)
         self.minds = blank_minds(robots, shared=shared)
         self.minds.state[:, DESIRED] = scenario.teams.desired_size
         evidence_model = build.make_model(scenario)
@@ -125,9 +131,12 @@ class Mission:
         self.swarm = (
             self.grids if shared else OccupancyGrids(self.frame, 1, evidence_model, neighbours)
         )
-        sensor, body = scenario.sensor, scenario.body
-        reach_m = max(sensor.range_m, body.radius_m + body.forward_m + world.resolution_m) + 0.5
-        self.log = EvidenceLog(robots, sensor.rays, reach_m, self.frame.cell_m, keep=not shared)
+        reach_m = max(scan.max_range_m, body.radius_m + body.forward_m + world.resolution_m) + 0.5
+        rays = len(scan.directions) * rays_per_beam(scan, self.frame.cell_m)[0]
+        self.log = EvidenceLog(robots, rays, reach_m, self.frame.cell_m, keep=not shared)
+        self._scan_model = inverse_model(
+            scan, evidence_model, self.frame, self.headings, self.log.reach
+        )
         self.known = np.zeros((robots, robots) if not shared else (1, 1), dtype=np.int64)
         self.planner = build.make_planner(
             scenario,
@@ -187,8 +196,8 @@ class Mission:
         links, news = self._links_now(), (self.events, self._count)
 
         # "Robot model and environment representation": nine noisy rays, log-odds, one fused map.
-        ranges = self.senses.read(bodies, minds, step)
-        since, touched = self._map(ranges, links)
+        self.localization.read(bodies, step, minds.reading)
+        since, touched = self._map(self.sensing.scan(bodies, step), links)
         exchange_beacons(minds, links, step)
         # "Task description and team behavior": limited charge, EXP and CHR.
         self._charge_and_modes()
@@ -288,17 +297,14 @@ class Mission:
         given = self._links(self.step_number)
         return checked_links(given, self.scenario.robots, self.step_number)
 
-    def _map(
-        self, ranges: NDArray[np.float64], links: NDArray[np.bool_]
-    ) -> tuple[NDArray[np.int64], int]:
+    def _map(self, scan: Scan, links: NDArray[np.bool_]) -> tuple[NDArray[np.int64], int]:
         """Scans become evidence, evidence flows; returns where each log's news begin, and cells."""
         self.log.make_room()
         since = self.log.length.copy()
-        bodies, model = self.bodies, self.grids.model
+        minds, bodies = self.minds, self.bodies
         observe(
-            self.log, self.minds.reading, self.minds.sending, ranges, self.senses.sensor.offsets,
-            self.headings, self.senses.sensor.range_m, bodies.contact, bodies.contact_offset,
-            self.frame, (model.free, model.occupied), model.hit_depth_m,
+            self.log, minds.reading, minds.sending, scan,
+            bodies.contact, bodies.contact_offset, self._scan_model,
         )  # fmt: skip
         if self._links is not None:
             exchange_evidence(self.grids, self.log, self.known, links)

@@ -7,12 +7,14 @@ named key with its meaning, unit and range below, and ``docs/paper.md`` says why
 from __future__ import annotations
 
 import reprlib
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from swarmscout.core.errors import ScenarioError, did_you_mean
+from swarmscout.robots.sensors.parameters import RECORDS, FanParameters, SensorParameters
 
 __all__ = [
     "BatteryScenario",
@@ -22,8 +24,8 @@ __all__ = [
     "RenewalScenario",
     "RoutesScenario",
     "Scenario",
-    "SensorScenario",
     "TeamsScenario",
+    "key_of",
     "what_is_wrong",
 ]
 
@@ -66,21 +68,6 @@ class BodyScenario(_Section):
     )
     heading_noise_deg: float = Field(
         0.0, ge=0.0, le=90.0, description="standard deviation of a believed heading"
-    )
-
-
-class SensorScenario(_Section):
-    """The range sensor (paper, "Robot model"): a fan of rays from the robot's centre."""
-
-    rays: int = Field(9, ge=1, le=360, description="rays, evenly spaced over the fan")
-    fan_deg: float = Field(70.0, ge=0.0, le=180.0, description="the fan spans this to each side")
-    range_m: float = Field(1.0, ge=0.01, le=30.0, description="longest range")
-    noise_m: float = Field(0.02, ge=0.0, le=1.0, description="standard deviation of a range")
-    sensing: Literal["raster", "mesh"] = Field(
-        "raster", description="rays meet the world's raster, or in 3D the triangles of its mesh"
-    )
-    height_m: float = Field(
-        0.2, ge=0.0, le=5.0, description="of the sensor above the ground, for sensing = 'mesh'"
     )
 
 
@@ -270,7 +257,7 @@ class Scenario(_Section):
     selector: dict[str, Any] = Field(default_factory=dict, description="the selector's parameters")
     policy: dict[str, Any] = Field(default_factory=dict, description="the policy's parameters")
     body: BodyScenario = BodyScenario()
-    sensor: SensorScenario = SensorScenario()
+    sensor: SensorParameters = FanParameters()
     battery: BatteryScenario = BatteryScenario()
     map: MapScenario = MapScenario()
     routes: RoutesScenario = RoutesScenario()
@@ -288,14 +275,14 @@ def what_is_wrong(error: ValidationError, model: type[BaseModel] = Scenario) -> 
     """
     problems = error.errors(include_url=False)
     first = problems[0]
-    key = ".".join(str(part) for part in first["loc"])
+    key = key_of(first)
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     if first["type"] == "extra_forbidden":
         section = model
-        for part in first["loc"][:-1]:
-            annotation = section.model_fields[str(part)].annotation
-            assert isinstance(annotation, type)
-            section = annotation
+        for part in map(str, first["loc"][:-1]):
+            annotation = RECORDS.get(part) or section.model_fields[part].annotation
+            # The sensor's section stands for several records; the next part says which.
+            section = annotation if isinstance(annotation, type) else section
         name = str(first["loc"][-1])
         return f"unknown key '{key}': {did_you_mean(name, section.model_fields)}{more}"
     message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
@@ -305,6 +292,18 @@ def what_is_wrong(error: ValidationError, model: type[BaseModel] = Scenario) -> 
     if isinstance(given, dict | BaseModel):
         return f"section '{key}': {message}{more}" if key else f"{message}{more}"
     return f"key '{key}' = {_brief(given)}: {message}{more}"
+
+
+def key_of(problem: Mapping[str, Any]) -> str:
+    """The dotted key that one of pydantic's problems is about.
+
+    Args:
+        problem: of ``ValidationError.errors()``.
+    """
+    loc = [str(part) for part in problem["loc"]]
+    if loc[:1] == ["sensor"] and loc[1:2] and loc[1] in RECORDS:
+        del loc[1]  # Which of the sensors' records.
+    return ".".join(loc)
 
 
 def _brief(value: Any) -> str:

@@ -15,7 +15,7 @@ import tomli_w
 from pydantic import BaseModel, ValidationError
 
 from swarmscout.core.errors import ScenarioError, did_you_mean
-from swarmscout.mission.scenario import Scenario, what_is_wrong
+from swarmscout.mission.scenario import Scenario, key_of, what_is_wrong
 
 __all__ = ["load_scenario", "make_scenario", "named_scenarios", "parse_toml", "scenario_toml"]
 
@@ -42,8 +42,8 @@ def load_scenario(
         origins: where each override was given, for errors, as ``{"robots": "--robots"}``.
 
     Returns:
-        The scenario; a world or a file of a selector or a policy that is given as a path relative
-        to the scenario's file is made absolute.
+        The scenario; a world, or a file of a selector, a policy or a sensor, that is given as a path
+        relative to the scenario's file is made absolute.
 
     Raises:
         ScenarioError: the file cannot be read, or a key is unknown or has a bad value.
@@ -51,13 +51,14 @@ def load_scenario(
     text, folder, where = _read(what)
     data = parse_toml(text, where)
     data.pop("swarmscout", None)  # A run's scenario.toml says here which version wrote it.
-    world, teams = data.get("world"), data.get("teams")
+    world = data.get("world")
     if folder is not None:
         if isinstance(world, str) and _is_there(folder / world):
             data["world"] = str((folder / world).resolve())
         _find_rule(data, "destinations", folder)
-        if isinstance(teams, dict):
-            _find_rule(teams, "policy", folder)
+        for section, key in (("teams", "policy"), ("sensor", "model")):
+            if isinstance(data.get(section), dict):
+                _find_rule(data[section], key, folder)
     return make_scenario(data, overrides, where=where, origins=origins)
 
 
@@ -89,7 +90,7 @@ def make_scenario(
     try:
         return Scenario.model_validate(merged)
     except ValidationError as error:
-        wrong = ".".join(str(part) for part in error.errors(include_url=False)[0]["loc"])
+        wrong = key_of(error.errors(include_url=False)[0])
         blamed = next((n for key, n in named.items() if _concerns(key, wrong)), where)
         raise ScenarioError(f"{blamed}: {what_is_wrong(error)}") from None
 

@@ -47,6 +47,8 @@ class Bodies:
         contact: int64[N], what the last move touched: 0 nothing, 1 a wall, 2 a robot.
         contact_offset: float64[N, 2], where it touched a wall, seen from its centre, in metres.
         touched: int64[N], which robot it touched, or -1.
+        seed: the mission's: noise comes from ``stream(bodies.seed, purpose, step)``.
+        radius_m: of every robot, in metres.
     """
 
     position: NDArray[np.float64]
@@ -56,6 +58,8 @@ class Bodies:
     contact: NDArray[np.int64]
     contact_offset: NDArray[np.float64]
     touched: NDArray[np.int64]
+    seed: int = 0
+    radius_m: float = 0.15
 
     @property
     def pose(self) -> NDArray[np.float64]:
@@ -67,14 +71,20 @@ class Bodies:
 
 
 def place_bodies(
-    position: NDArray[np.float64], heading: NDArray[np.int64], charge: NDArray[np.float64]
+    position: NDArray[np.float64],
+    heading: NDArray[np.int64],
+    charge: NDArray[np.float64],
+    *,
+    seed: int = 0,
+    radius_m: float = 0.15,
 ) -> Bodies:
-    """Robots that stand where they are put.
+    """Robots at given places, all of them alive.
 
     Args:
         position: float64[N, 2] centres in metres.
         heading: int64[N] headings in ticks.
         charge: float64[N] charge in steps.
+        seed, radius_m: see :class:`Bodies`.
     """
     robots = len(position)
     return Bodies(
@@ -85,4 +95,6 @@ def place_bodies(
         contact=np.zeros(robots, dtype=np.int64),
         contact_offset=np.zeros((robots, 2)),
         touched=np.full(robots, -1, dtype=np.int64),
+        seed=seed,
+        radius_m=radius_m,
     )
