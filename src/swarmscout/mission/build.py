@@ -210,7 +210,8 @@ def make_sensing(
     if sensor is None:
         parameters = sensor_parameters(scenario.sensor)
         sensor = SENSORS.make(scenario.sensor.model, parameters, base)
-    return Sensing(sensor, rule_name(scenario.sensor.model), bodies, seen)
+    name = rule_name(scenario.sensor.model).removeprefix(IN_MEMORY)
+    return Sensing(sensor, name, bodies, seen)
 
 
 def make_planner(

@@ -2,15 +2,18 @@
 
 from swarmscout.testing.check_policy import PolicyReport, check_policy
 from swarmscout.testing.check_selector import SelectorReport, check_selector
+from swarmscout.testing.check_sensor import SensorReport, check_sensor
 from swarmscout.testing.situations import Situation, leader_view, situations
 from swarmscout.testing.small_worlds import small_world
 
 __all__ = [
     "PolicyReport",
     "SelectorReport",
+    "SensorReport",
     "Situation",
     "check_policy",
     "check_selector",
+    "check_sensor",
     "leader_view",
     "situations",
     "small_world",

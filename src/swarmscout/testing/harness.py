@@ -16,7 +16,7 @@ __all__ = ["how_it_went", "instance_of", "report_text"]
 
 R = TypeVar("R")
 
-_COUNTS = {1: "one argument", 2: "two arguments"}
+_COUNTS = {1: "one argument", 2: "two arguments", 3: "three arguments"}
 
 
 def instance_of(kind: Registry[R], given: Any) -> tuple[R, str]:

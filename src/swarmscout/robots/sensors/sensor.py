@@ -12,7 +12,7 @@ from swarmscout.core.tracebacks import describe_error
 from swarmscout.robots.bodies import TICKS, Bodies
 from swarmscout.worlds.world import World
 
-__all__ = ["LONGEST_M", "Scan", "Sensor", "Sensing", "checked_scan"]
+__all__ = ["LONGEST_M", "Scan", "Sensing", "Sensor", "checked_scan"]
 
 LONGEST_M = 100.0
 """The longest range that a sensor may have, in metres."""
@@ -24,8 +24,8 @@ class Sensor(Protocol):
 
     The scan depends on the arguments and on the sensor's own parameters alone: the same bodies,
     world and step give the same scan. Noise comes from ``stream(bodies.seed, purpose, step)`` of
-    :mod:`swarmscout.core.streams`, and row i of the scan from robot i's body and the world. Neither
-    bodies nor world may be changed.
+    :mod:`swarmscout.core.streams`. Neither bodies nor world may be changed.
+    ``swarmscout.testing.check_sensor`` checks all this.
     """
 
     def scan(self, bodies: Bodies, world: World, step: int) -> Scan:
