@@ -26,7 +26,7 @@ TABLE = heading_table()
 def scan(mesh, position, footing, heading, offsets, *, range_m=1.0, height_m=0.0, alive=True):
     position = np.atleast_2d(np.asarray(position, dtype=np.float64))
     robots = len(position)
-    plane = np.atleast_2d(np.asarray(footing, dtype=float)) + (height_m, 0.0, 0.0)
+    plane = np.atleast_2d(np.asarray(footing, dtype=float)) + np.array([height_m, 0.0, 0.0])
     ways = TABLE[np.tile((heading + np.asarray(offsets)) % TICKS, (robots, 1))]
     ranges = np.full((robots, len(offsets)), np.nan)
     buckets = bucket_triangles(mesh)

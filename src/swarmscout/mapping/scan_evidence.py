@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.enums import WALL_CONTACT
 from swarmscout.core.grid import GridFrame
-from swarmscout.core.jit import kernel
+from swarmscout.core.jit import inlined, kernel
 from swarmscout.core.scan import Scan
 from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.log_odds import InverseSensorModel
@@ -68,6 +68,23 @@ def inverse_model(
     return np.array([record], dtype=_MODEL)
 
 
+@inlined
+def _append(window, span, low, left, rows, columns, cells, increments):  # type: ignore[no-untyped-def]
+    """Write a scan's sums into a log, by row and column, and clear the window; returns how many."""
+    written = 0
+    for row in range(window.shape[0]):
+        for col in range(span[row, 0], span[row, 1] + 1):
+            increment = window[row, col]
+            if increment == 0:
+                continue
+            window[row, col] = 0
+            if 0 <= row + low < rows and 0 <= col + left < columns:
+                cells[written] = (row + low) * columns + col + left
+                increments[written] = increment
+                written += 1
+    return written
+
+
 @kernel
 def scan_evidence(  # type: ignore[no-untyped-def]
     reading, sending, ranges, directions, models, contact, contact_offset, cells, increments, length
@@ -88,8 +105,8 @@ def scan_evidence(  # type: ignore[no-untyped-def]
     model = models[0]
     ticks = model.table.shape[0]
     edge = 2 * model.reach + 1
-    # The scan's sum for each cell round the robot; of each row, the columns to look at afterwards,
-    # all of them where many rays touch most of the window; and for wide beams, which saw a cell last.
+    # The scan's sum for each cell round the robot; of each row the columns to look at afterwards
+    # (all, where many rays touch most of the window); for wide beams, which one saw a cell last.
     window = np.zeros((edge, edge), dtype=np.int32)
     wide = model.opening > 0
     seen = np.zeros((edge, edge) if wide else (1, 1), dtype=np.int64)
@@ -170,21 +187,13 @@ def scan_evidence(  # type: ignore[no-untyped-def]
             if sparse:
                 span[row, 0] = min(span[row, 0], col)
                 span[row, 1] = max(span[row, 1], col)
-        end = length[i]
-        for row in range(edge):
-            for col in range(span[row, 0], span[row, 1] + 1):
-                increment = window[row, col]
-                if increment == 0:
-                    continue
-                window[row, col] = 0
-                if 0 <= row + low < model.rows and 0 <= col + left < model.columns:
-                    cells[i, end] = (row + low) * model.columns + col + left
-                    increments[i, end] = increment
-                    end += 1
-            if sparse:
-                span[row, 0] = edge
-                span[row, 1] = -1
-        length[i] = end
+        length[i] += _append(
+            window, span, low, left, model.rows, model.columns,
+            cells[i, length[i] :], increments[i, length[i] :],
+        )  # fmt: skip
+        if sparse:
+            span[:, 0] = edge
+            span[:, 1] = -1
 
 
 def observe(

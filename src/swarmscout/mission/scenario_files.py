@@ -42,7 +42,7 @@ def load_scenario(
         origins: where each override was given, for errors, as ``{"robots": "--robots"}``.
 
     Returns:
-        The scenario; a world, or a file of a selector, a policy or a sensor, that is given as a path
+        The scenario. A world, or a file of a selector, policy or sensor, that is given as a path
         relative to the scenario's file is made absolute.
 
     Raises:

@@ -161,7 +161,7 @@ _MAKERS: dict[str, Callable[..., object]] = {
 
 
 def _check_rule(kind: str, name: str, parameters: dict[str, Any], known: dict[Any, str]) -> str:
-    """What a selector's, a policy's or a sensor's file holds, as a digest; empty for one that has a name."""
+    """Digest of a selector's, policy's or sensor's file; empty for one that has a name."""
     key = (kind, name, json.dumps(parameters, sort_keys=True, default=str))
     if key not in known:
         _MAKERS[kind](name, parameters)
