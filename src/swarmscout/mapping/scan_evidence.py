@@ -85,6 +85,45 @@ def _append(window, span, low, left, rows, columns, cells, increments):  # type:
     return written
 
 
+@inlined
+def _clear(  # type: ignore[no-untyped-def]
+    window, seen, span, wide, sparse, beam, x, y, left, low, dx, dy, longest, hit_row, hit_col, free
+):
+    """Add `free` to the cells that a ray passes, but for those in which its beam ended.
+
+    Source: Amanatides and Woo (1987), "A fast voxel traversal algorithm for ray tracing".
+    """
+    col = int(math.floor(x))
+    row = int(math.floor(y))
+    step_col = 1 if dx > 0.0 else -1
+    step_row = 1 if dy > 0.0 else -1
+    per_col = abs(1.0 / dx) if dx != 0.0 else np.inf
+    per_row = abs(1.0 / dy) if dy != 0.0 else np.inf
+    next_col = (col + 1 - x if dx > 0.0 else x - col) * per_col if dx != 0.0 else np.inf
+    next_row = (row + 1 - y if dy > 0.0 else y - row) * per_row if dy != 0.0 else np.inf
+    col -= left
+    row -= low
+    while True:
+        if wide:
+            fresh = seen[row, col] != beam
+            seen[row, col] = beam
+        else:
+            fresh = row != hit_row or col != hit_col
+        if fresh:
+            window[row, col] += free
+            if sparse:
+                span[row, 0] = min(span[row, 0], col)
+                span[row, 1] = max(span[row, 1], col)
+        if min(next_col, next_row) > longest:
+            return
+        if next_col < next_row:
+            next_col += per_col
+            col += step_col
+        else:
+            next_row += per_row
+            row += step_row
+
+
 @kernel
 def scan_evidence(  # type: ignore[no-untyped-def]
     reading, sending, ranges, directions, models, contact, contact_offset, cells, increments, length
@@ -145,40 +184,11 @@ def scan_evidence(  # type: ignore[no-untyped-def]
                         span[hit_row, 1] = max(span[hit_row, 1], hit_col)
             for line in range(model.lines):
                 tick = (first + min(line * model.apart, model.opening)) % ticks
-                dx = model.table[tick, 0]
-                dy = model.table[tick, 1]
-                col = int(math.floor(x))
-                row = int(math.floor(y))
-                step_col = 1 if dx > 0.0 else -1
-                step_row = 1 if dy > 0.0 else -1
-                per_col = abs(1.0 / dx) if dx != 0.0 else np.inf
-                per_row = abs(1.0 / dy) if dy != 0.0 else np.inf
-                to_col = col + 1 - x if dx > 0.0 else x - col
-                to_row = row + 1 - y if dy > 0.0 else y - row
-                next_col = to_col * per_col if dx != 0.0 else np.inf
-                next_row = to_row * per_row if dy != 0.0 else np.inf
-                col -= left
-                row -= low
-                while True:
-                    # Every cell on the way is free, but for those in which the beam ended.
-                    if wide:
-                        fresh = seen[row, col] != beam
-                        seen[row, col] = beam
-                    else:
-                        fresh = row != hit_row or col != hit_col
-                    if fresh:
-                        window[row, col] += model.free
-                        if sparse:
-                            span[row, 0] = min(span[row, 0], col)
-                            span[row, 1] = max(span[row, 1], col)
-                    if min(next_col, next_row) > longest:
-                        break
-                    if next_col < next_row:
-                        next_col += per_col
-                        col += step_col
-                    else:
-                        next_row += per_row
-                        row += step_row
+                _clear(
+                    window, seen, span, wide, sparse, beam, x, y, left, low,
+                    model.table[tick, 0], model.table[tick, 1], longest, hit_row, hit_col,
+                    model.free,
+                )  # fmt: skip
         if contact[i] == WALL_CONTACT:
             # Deviation: a bump is a measurement too; the paper does not speak of contacts.
             row = int(math.floor(y + contact_offset[i, 1] / model.cell_m)) - low
