@@ -22,6 +22,7 @@ __all__ = [
     "RunError",
     "ScenarioError",
     "SelectorError",
+    "SensorError",
     "StudyError",
     "SwarmscoutError",
     "ViewError",
@@ -44,6 +45,10 @@ class WorldError(SwarmscoutError):
 
 class SelectorError(SwarmscoutError):
     """A selector is unknown, cannot be loaded, or gave an answer outside its contract."""
+
+
+class SensorError(SwarmscoutError):
+    """A sensor is unknown, cannot be loaded, or gave a scan outside its contract."""
 
 
 class PolicyError(SwarmscoutError):

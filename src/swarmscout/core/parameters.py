@@ -17,10 +17,11 @@ from typing import (
     Any,
     TypeVar,
     dataclass_transform,
+    get_args,
     get_type_hints,
 )
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, Tag, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
 from swarmscout.core.errors import ScenarioError, SwarmscoutError, did_you_mean
@@ -37,6 +38,7 @@ __all__ = [
     "checked_dataclass",
     "describe_invalid_arguments",
     "describe_invalid_keys",
+    "key_of",
 ]
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
@@ -88,14 +90,9 @@ def describe_invalid_keys(error: ValidationError, model: type[BaseModel]) -> str
     """
     problems = error.errors(include_url=False)
     first = problems[0]
-    key = ".".join(str(part) for part in first["loc"])
+    key, section = key_of(first, model)
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     if first["type"] in _UNKNOWN:
-        section = model
-        for part in first["loc"][:-1]:
-            annotation = section.model_fields[str(part)].annotation
-            assert isinstance(annotation, type)
-            section = annotation
         name = str(first["loc"][-1])
         return f"unknown key '{key}': {did_you_mean(name, section.model_fields)}{more}"
     message, given = _message(first["msg"]), first["input"]
@@ -104,6 +101,35 @@ def describe_invalid_keys(error: ValidationError, model: type[BaseModel]) -> str
     if isinstance(given, dict | BaseModel):
         return f"section '{key}': {message}{more}" if key else f"{message}{more}"
     return f"key '{key}' = {_brief(given)}: {message}{more}"
+
+
+def key_of(problem: Mapping[str, Any], model: type[BaseModel]) -> tuple[str, type[BaseModel]]:
+    """The dotted key that one of pydantic's problems is about, and the section it is in.
+
+    Args:
+        problem: of ``ValidationError.errors()``.
+        model: what was validated.
+    """
+    parts: list[str] = []
+    section = model
+    records: dict[str, type[BaseModel]] = {}
+    for part in map(str, problem["loc"]):
+        if part in records:  # Which record of a section that has several; no part of the key.
+            section, records = records[part], {}
+            continue
+        parts.append(part)
+        field = section.model_fields.get(part)
+        annotation = None if field is None else field.annotation
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            section = annotation
+        else:
+            records = {
+                tag.tag: get_args(member)[0]
+                for member in get_args(annotation)
+                for tag in getattr(member, "__metadata__", ())
+                if isinstance(tag, Tag)
+            }
+    return ".".join(parts), section
 
 
 def describe_invalid_arguments(error: ValidationError, names: Sequence[str] = ()) -> str:

@@ -17,20 +17,21 @@ from swarmscout.core.events import EventLog
 from swarmscout.core.language_model import Model
 from swarmscout.core.links import Links
 from swarmscout.core.recorder import Decision, Recorder, StepRecord
+from swarmscout.core.scan import Scan
 from swarmscout.core.version import package_version
 from swarmscout.destinations.selector import Selector
-from swarmscout.mapping.evidence import observe
 from swarmscout.mapping.occupancy import BeliefView
+from swarmscout.mapping.scan_evidence import observe
 from swarmscout.minds.minds import blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import build
 from swarmscout.mission.scenario import Scenario
-from swarmscout.mission.sensing import Senses
 from swarmscout.mission.validation import HandCheck
 from swarmscout.robots.battery import spend_or_charge
-from swarmscout.robots.bodies import heading_table
+from swarmscout.robots.localization import Localization
 from swarmscout.robots.radio.full import Full
-from swarmscout.robots.radio.radio import Radio, ScriptedRadio, links_now
+from swarmscout.robots.radio.radio import Radio, links_now
+from swarmscout.robots.sensors.sensor import Sensor
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.catalogue import load_world
 from swarmscout.worlds.placement import place_stations
@@ -54,6 +55,8 @@ class Mission:
         base: folder for relative paths of the scenario, besides the working directory.
         selector: overrides the scenario's ``destinations``; an object with a method ``choose``.
         policy: overrides the scenario's ``teams.policy``; an object with a method ``desired``.
+        sensor: overrides the scenario's ``sensor``; an object with a method ``scan``.
+        radio: overrides the scenario's ``radio``; an object with a method ``links``.
         model: answers a selector that asks a language model; None: what the scenario's section
             ``llm`` and the environment name.
 
@@ -90,9 +93,11 @@ class Mission:
         base: Path | None = None,
         selector: Selector | None = None,
         policy: DesiredSizePolicy | None = None,
+        sensor: Sensor | None = None,
+        radio: Radio | None = None,
         model: Model | None = None,
     ) -> None:
-        scenario = build.complete(scenario, seed, selector, policy)
+        scenario = build.complete(scenario, seed, selector, policy, sensor, radio)
         # Of any other kind of argument than a world or its name, loading says what is wrong.
         place = scenario.world if world is None else world
         self.world = load_world(place, seed=scenario.world_seed, base=base)
@@ -103,17 +108,18 @@ class Mission:
         self.stations_m = place_stations(ground, scenario.robots)
         # Bodies: the truth about robots.
         self.bodies = build.make_bodies(ground, scenario)
-        mesh = build.make_mesh(self.world, scenario)
-        self.senses = Senses(scenario, ground, heading_table(), mesh)
-        self.radio: Radio = (
-            build.make_radio(scenario, base) if links is None else ScriptedRadio(links)
-        )
+        self.sensing = build.make_sensing(scenario, base, sensor, self.bodies, self.world, ground)
+        body = scenario.body
+        self.localization = Localization(body.position_noise_m, body.heading_noise_deg)
+        self.radio = build.make_radio(scenario, base, radio, links)
         self.motion = build.make_motion(ground, scenario)
         self.action = np.zeros(scenario.robots, dtype=np.int64)
         # Minds: what robots believe, have heard, and decide by.
         self.minds = blank_minds(scenario.robots)
         self.minds.own["desired"] = scenario.teams.desired_size
-        self.log = build.make_log(ground, scenario, self.frame)
+        self.log, self._scan_model = build.make_log(
+            scenario, self.world.resolution_m, self.frame, self.sensing.last
+        )
         self.knowledge = Knowledge(scenario.robots, build.make_grids(scenario, self.frame))
         self.sizes = build.make_desired_sizes(scenario, base, policy)
         self.formation = build.make_formation(scenario)
@@ -151,6 +157,7 @@ class Mission:
         Raises:
             SelectorError: the selector failed.
             PolicyError: the policy failed.
+            SensorError: the sensor failed.
             ScenarioError: the mission is over, its radio failed, or something impossible was
                 written into it.
         """
@@ -160,8 +167,8 @@ class Mission:
         knowledge, planner = self.knowledge, self.planner
 
         # "Robot model and environment representation": nine noisy rays, additive log-odds.
-        ranges = self.senses.read(bodies, minds, step)
-        since = self._integrate(ranges)
+        self.localization.read(bodies, step, minds.own)
+        since = self._integrate(self.sensing.scan(bodies, step))
         # "… when it encounters nearby robots, integrates the received maps with its own."
         links = links_now(self.radio, self.scenario.radio.model, step, bodies, self.world)
         self._exchange(links, since)
@@ -265,17 +272,12 @@ class Mission:
         self.step_number += 1
         self.events.clear()
 
-    def _integrate(self, ranges: NDArray[np.float64]) -> NDArray[np.int64]:
+    def _integrate(self, scan: Scan) -> NDArray[np.int64]:
         """Scans become evidence in each robot's log; returns where each log's new entries begin."""
-        log, bodies, sensor = self.log, self.bodies, self.senses.sensor
-        model = self.knowledge.grids.model
+        log, bodies = self.log, self.bodies
         log.make_room(self.knowledge.oldest())
         since = log.length.copy()
-        observe(
-            log, self.minds.own, bodies.can, ranges, sensor.offsets, heading_table(),
-            sensor.range_m, bodies.touch, self.frame, (model.free, model.occupied),
-            model.hit_depth_m,
-        )  # fmt: skip
+        observe(log, self.minds.own, bodies.can, scan, bodies.touch, self._scan_model)
         return since
 
     def _exchange(self, links: Links, since: NDArray[np.int64]) -> None:

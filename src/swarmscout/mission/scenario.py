@@ -17,24 +17,10 @@ from swarmscout.mapping.parameters import MapParameters
 from swarmscout.planning.parameters import RouteParameters
 from swarmscout.robots.parameters import BatteryParameters, BodyParameters
 from swarmscout.robots.radio.parameters import RadioParameters
+from swarmscout.robots.sensors.parameters import FanParameters, SensorParameters
 from swarmscout.teams.parameters import TeamParameters
 
-__all__ = ["LlmScenario", "Scenario", "SensorScenario", "TeamSection"]
-
-
-class SensorScenario(Parameters):
-    """The range sensor (paper, "Robot model"): a fan of rays from the robot's centre."""
-
-    rays: int = Field(9, ge=1, le=360, description="rays, evenly spaced over the fan")
-    fan_deg: float = Field(70.0, ge=0.0, le=180.0, description="the fan spans this to each side")
-    range_m: float = Field(1.0, ge=0.01, le=30.0, description="longest range")
-    noise_m: float = Field(0.02, ge=0.0, le=1.0, description="standard deviation of a range")
-    sensing: Literal["raster", "mesh"] = Field(
-        "raster", description="rays meet the world's raster, or in 3D the triangles of its mesh"
-    )
-    height_m: float = Field(
-        0.2, ge=0.0, le=5.0, description="of the sensor above the ground, for sensing = 'mesh'"
-    )
+__all__ = ["LlmScenario", "Scenario", "TeamSection"]
 
 
 class LlmScenario(Parameters):
@@ -98,7 +84,7 @@ class Scenario(Parameters):
     selector: dict[str, Any] = Field(default_factory=dict, description="parameters of the selector")
     policy: dict[str, Any] = Field(default_factory=dict, description="parameters of the policy")
     body: BodyParameters = BodyParameters()
-    sensor: SensorScenario = SensorScenario()
+    sensor: SensorParameters = FanParameters()
     battery: BatteryParameters = BatteryParameters()
     map: MapParameters = MapParameters()
     routes: RouteParameters = RouteParameters()

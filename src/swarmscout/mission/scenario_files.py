@@ -15,7 +15,7 @@ import tomli_w
 from pydantic import BaseModel, ValidationError
 
 from swarmscout.core.errors import ScenarioError, did_you_mean
-from swarmscout.core.parameters import describe_invalid_keys
+from swarmscout.core.parameters import describe_invalid_keys, key_of
 from swarmscout.mission.scenario import Scenario
 
 __all__ = ["load_scenario", "make_scenario", "named_scenarios", "parse_toml", "scenario_toml"]
@@ -43,7 +43,7 @@ def load_scenario(
         origins: where each override was given, for errors, as ``{"robots": "--robots"}``.
 
     Returns:
-        The scenario. Paths of a world, a selector or a policy that are relative to the scenario's
+        The scenario. Paths of a world or of a plug-in's file that are relative to the scenario's
         file are made absolute.
 
     Raises:
@@ -52,13 +52,14 @@ def load_scenario(
     text, folder, where = _read(what)
     data = parse_toml(text, where)
     data.pop("swarmscout", None)  # The version that wrote a run's scenario.toml.
-    world, teams = data.get("world"), data.get("teams")
+    world = data.get("world")
     if folder is not None:
         if isinstance(world, str) and _is_there(folder / world):
             data["world"] = str((folder / world).resolve())
         _find_rule(data, "destinations", folder)
-        if isinstance(teams, dict):
-            _find_rule(teams, "policy", folder)
+        for section, key in (("teams", "policy"), ("sensor", "model"), ("radio", "model")):
+            if isinstance(data.get(section), dict):
+                _find_rule(data[section], key, folder)
     return make_scenario(data, overrides, where=where, origins=origins)
 
 
@@ -90,7 +91,7 @@ def make_scenario(
     try:
         return Scenario.model_validate(merged)
     except ValidationError as error:
-        wrong = ".".join(str(part) for part in error.errors(include_url=False)[0]["loc"])
+        wrong, _ = key_of(error.errors(include_url=False)[0], Scenario)
         blamed = next((n for key, n in named.items() if _concerns(key, wrong)), where)
         raise ScenarioError(f"{blamed}: {describe_invalid_keys(error, Scenario)}") from None
 

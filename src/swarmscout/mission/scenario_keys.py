@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from swarmscout.mission.scenario import Scenario
+from swarmscout.robots.sensors.parameters import RECORDS
 
 __all__ = ["scenario_keys", "scenario_page"]
 
@@ -20,8 +21,9 @@ def scenario_keys() -> list[tuple[str, str, str]]:
 
 def _keys(model: type[BaseModel], prefix: str) -> Iterator[tuple[str, str, str]]:
     for name, info in model.model_fields.items():
-        if isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
-            yield from _keys(info.annotation, f"{prefix}{name}.")
+        default = info.default
+        if isinstance(default, BaseModel):
+            yield from _keys(type(default), f"{prefix}{name}.")
         else:
             default = info.get_default(call_default_factory=True)
             yield f"{prefix}{name}", _toml(default), _meaning(info)
@@ -45,6 +47,10 @@ def _toml(value: Any) -> str:
     return f'"{value}"' if isinstance(value, str) else f"{value:g}"
 
 
+def _rows(keys: Iterable[tuple[str, str, str]]) -> list[str]:
+    return [f"| `{key}` | `{default}` | {text} |" for key, default, text in keys]
+
+
 def scenario_page() -> str:
     """The reference page ``docs/scenario.md``."""
     lines = [
@@ -60,7 +66,18 @@ def scenario_page() -> str:
         "| key | default | meaning |",
         "|---|---|---|",
     ]
-    lines += [f"| `{key}` | `{default}` | {text} |" for key, default, text in scenario_keys()]
+    lines += _rows(scenario_keys())
+    for name, record in RECORDS.items():
+        if name not in ("fan", "own"):
+            lines += [
+                "",
+                f'With `sensor.model = "{name}"` the section `[sensor]` has these keys:',
+                "",
+            ]
+            lines += ["| key | default | meaning |", "|---|---|---|"]
+            lines += _rows(_keys(record, "sensor."))
+    lines += ["", "A sensor of another package or file takes its own parameters there: see"]
+    lines += ["[sensors](sensors.md)."]
     return "\n".join(lines) + "\n"
 
 

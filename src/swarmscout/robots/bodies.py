@@ -54,6 +54,8 @@ class Bodies:
         alive: bool[N], False once the charge is gone: such a robot does nothing any more.
         can: CAPABILITIES[N], what works of each robot.
         touch: TOUCH[N], what the last move touched.
+        seed: the mission's: noise comes from ``stream(bodies.seed, purpose, step)``.
+        radius_m: of every robot, in metres.
     """
 
     position: NDArray[np.float64]
@@ -62,6 +64,8 @@ class Bodies:
     alive: NDArray[np.bool_]
     can: NDArray[np.void]
     touch: NDArray[np.void]
+    seed: int = 0
+    radius_m: float = 0.15
 
     @property
     def contact(self) -> NDArray[np.int64]:
@@ -78,14 +82,20 @@ class Bodies:
 
 
 def place_bodies(
-    position: NDArray[np.float64], heading: NDArray[np.int64], charge: NDArray[np.float64]
+    position: NDArray[np.float64],
+    heading: NDArray[np.int64],
+    charge: NDArray[np.float64],
+    *,
+    seed: int = 0,
+    radius_m: float = 0.15,
 ) -> Bodies:
-    """Robots that stand where they are put.
+    """Robots at given places, all of them alive and sound.
 
     Args:
         position: float64[N, 2] centres in metres.
         heading: int64[N] headings in ticks.
         charge: float64[N] charge in steps.
+        seed, radius_m: see :class:`Bodies`.
     """
     robots = len(position)
     return Bodies(
@@ -95,4 +105,6 @@ def place_bodies(
         alive=np.ones(robots, dtype=np.bool_),
         can=np.ones(robots, dtype=CAPABILITIES),
         touch=np.array([(0.0, 0.0, 0, -1)] * robots, dtype=TOUCH),
+        seed=seed,
+        radius_m=radius_m,
     )

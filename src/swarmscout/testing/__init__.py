@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from swarmscout.testing.check_policy import check_policy
+from swarmscout.testing.check_radio import check_radio
 from swarmscout.testing.check_selector import check_selector
+from swarmscout.testing.check_sensor import check_sensor
 from swarmscout.testing.harness import Guard, Report
 from swarmscout.testing.policy_situations import robots_view
 from swarmscout.testing.situations import Situation, leader_view, situations
@@ -18,7 +20,9 @@ __all__ = [
     "Report",
     "Situation",
     "check_policy",
+    "check_radio",
     "check_selector",
+    "check_sensor",
     "leader_view",
     "robots_view",
     "situations",
@@ -28,5 +32,7 @@ __all__ = [
 CHECKS: Mapping[str, Callable[[Any], Report]] = {
     "selector": check_selector,
     "policy": check_policy,
+    "sensor": check_sensor,
+    "radio": check_radio,
 }
 """The conformance check of each kind of plug-in, which takes a plug-in or its name."""

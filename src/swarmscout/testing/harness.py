@@ -12,12 +12,13 @@ from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any, ClassVar, Generic, Self, TypeVar
+from typing import Any, ClassVar, Generic, NoReturn, Self, TypeVar
 
 from swarmscout.core.errors import SwarmscoutError
 from swarmscout.core.registry import Registry
 from swarmscout.core.tracebacks import describe_error
 from swarmscout.mission.mission import Mission
+from swarmscout.robots.bodies import Bodies
 from swarmscout.testing.fingerprints import (
     fingerprint,
     global_states,
@@ -26,12 +27,14 @@ from swarmscout.testing.fingerprints import (
     shifted_clocks,
     writes_read_only,
 )
+from swarmscout.worlds.world import World
 
-__all__ = ["Guard", "Report", "note_private_read"]
+__all__ = ["Guard", "Report", "TruthGuard", "instance_of", "note_private_read", "outcome"]
 
+R = TypeVar("R")
 V = TypeVar("V")
 
-_COUNTS = {1: "one argument", 2: "two arguments"}
+_COUNTS = {1: "one argument", 2: "two arguments", 3: "three arguments"}
 _LATER_S = 86_461.7
 
 
@@ -86,7 +89,7 @@ class Guard(ABC, Generic[V]):
     spread: ClassVar[int] = 1
 
     def __init__(self, given: Any) -> None:
-        self.rule, self.name = _instance_of(self.registry, given)
+        self.rule, self.name = instance_of(self.registry, given)
         self.where = ""
         self.answers = 0
         self._watching = True
@@ -177,19 +180,12 @@ class Guard(ABC, Generic[V]):
 
     def _run(self, mission: Mission) -> tuple[Any, ...]:
         try:
-            mission.run()
+            return outcome(mission)
         except self.registry.error as error:
             # A mission wraps what a guard raises into its own words.
             if isinstance(error.__cause__, self.registry.error):
                 raise error.__cause__ from error.__cause__.__cause__
             raise
-        return (
-            mission.step_number,
-            mission.end_reason,
-            mission.explored_m2,
-            mission.bodies.pose.tobytes(),
-            mission.minds.own.tobytes(),
-        )
 
     def _answered(self, view: V, memory: Any, once: bool) -> Any:
         first = self._watch(view, memory)
@@ -255,6 +251,84 @@ class Guard(ABC, Generic[V]):
         return self.checked(answer, view)
 
 
+class TruthGuard:
+    """Calls a plug-in that reads the truth (a sensor, a radio), and checks that it changes nothing.
+
+    Attributes:
+        rule: the plug-in.
+        name: its name in errors.
+        where: the situation in words.
+        calls: number of calls so far.
+
+    Args:
+        registry: the kind's.
+        given: an instance, a class that needs no arguments, a registered name, or
+            ``path/to/file.py:ClassName``.
+    """
+
+    def __init__(self, registry: Registry[Any], given: Any) -> None:
+        self.registry = registry
+        self.rule, self.name = instance_of(registry, given)
+        self.where = ""
+        self.calls = 0
+
+    def call(
+        self, question: Callable[[], R], bodies: Bodies, world: World, globals_seed: int = 1
+    ) -> R:
+        """Ask, and look afterwards at everything that it may not change.
+
+        Args:
+            question: asks the plug-in.
+            bodies, world: what it is shown.
+            globals_seed: seed of the global generators meanwhile.
+        """
+        self.calls += 1
+        held = fingerprint(bodies), world.free.tobytes()
+        with seeded_globals(globals_seed):
+            states = global_states()
+            try:
+                answer = question()
+            except self.registry.error as error:
+                raise self.registry.error(f"{error} ({self.where})") from error.__cause__
+            drawn = [name for name, state in global_states().items() if state != states[name]]
+        if drawn:
+            self.blame(
+                f"draws from the global generator of {drawn[0]}: draw from "
+                "stream(bodies.seed, PURPOSE, step)"
+            )
+        if fingerprint(bodies) != held[0]:
+            self.blame("changed the bodies")
+        if world.free.tobytes() != held[1]:
+            self.blame("changed the world")
+        return answer
+
+    def blame(self, what: str) -> NoReturn:
+        """Raise the kind's error: which part of the contract is broken, and where."""
+        raise self.registry.error(f"{self.registry.noun} '{self.name}' {what} ({self.where})")
+
+    def fly(self, make: Callable[[int], Mission], missions: int, seed: int) -> list[str]:
+        """Run missions in small caves to their ends, each twice; returns a description."""
+        for k in range(seed, seed + missions):
+            if outcome(make(k)) != outcome(make(k)):
+                raise self.registry.error(
+                    f"{self.registry.noun} '{self.name}' is not deterministic: the same mission in "
+                    f"small_world({k}) went differently when it was run again"
+                )
+        return [f"{missions} missions in small caves, each twice"] if missions else []
+
+
+def outcome(mission: Mission) -> tuple[Any, ...]:
+    """Run a mission to its end; what two equal missions have in common."""
+    mission.run()
+    return (
+        mission.step_number,
+        mission.end_reason,
+        mission.explored_m2,
+        mission.bodies.pose.tobytes(),
+        mission.minds.own.tobytes(),
+    )
+
+
 def note_private_read(view: object, name: str, caller: FrameType, own: Container[object]) -> bool:
     """Note it in a view's ``private_reads`` if a plug-in reads a private attribute of the view.
 
@@ -274,7 +348,7 @@ def note_private_read(view: object, name: str, caller: FrameType, own: Container
     return foreign
 
 
-def _instance_of(kind: Registry[Any], given: Any) -> tuple[Any, str]:
+def instance_of(kind: Registry[Any], given: Any) -> tuple[Any, str]:
     """The plug-in that is to be checked, and its name.
 
     Raises:

@@ -12,6 +12,8 @@ from swarmscout.core.streams import stream
 from swarmscout.destinations.selector import Selector
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
+from swarmscout.robots.radio.radio import Radio
+from swarmscout.robots.sensors.sensor import Sensor
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.world import World
 
@@ -68,6 +70,8 @@ def short_mission(
     own_maps: bool = False,
     selector: Selector | None = None,
     policy: DesiredSizePolicy | None = None,
+    sensor: Sensor | None = None,
+    radio: Radio | None = None,
 ) -> Mission:
     """A mission of 80 steps in a small cave, with little charge, so that teams lose members.
 
@@ -77,6 +81,7 @@ def short_mission(
         own_maps: whether links come and go, and each robot has a map of its own.
         selector: chooses destinations; by default ``nearest``.
         policy: sets desired team sizes; by default the paper's.
+        sensor, radio: by default the paper's.
     """
     scenario = Scenario.model_validate(
         {
@@ -100,4 +105,6 @@ def short_mission(
         links=links if own_maps else None,
         selector=selector,
         policy=policy,
+        sensor=sensor,
+        radio=radio,
     )
