@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from scipy import stats
 
-from swarmscout.studies.intervals import LEVEL, smallest_p
+from swarmscout.studies.intervals import ALPHA, smallest_p
 
 if TYPE_CHECKING:
     from swarmscout.studies.study import Study
@@ -64,12 +64,12 @@ class Design:
     @property
     def can_show(self) -> bool:
         """Whether any difference at all could reach p < 0.05."""
-        return self.comparisons * smallest_p(self.units) < 1.0 - LEVEL
+        return self.comparisons * smallest_p(self.units) < ALPHA
 
     @property
     def units_needed(self) -> int | None:
         """The fewest units that can show a difference; None where only fewer comparisons help."""
-        enough = (n for n in range(2, 65) if self.comparisons * smallest_p(n) < 1.0 - LEVEL)
+        enough = (n for n in range(2, 65) if self.comparisons * smallest_p(n) < ALPHA)
         return next(enough, None)
 
     @property
@@ -77,7 +77,7 @@ class Design:
         """The smallest difference shown with 80 % power, as a share of the baseline's value."""
         if self.units < 2:
             return math.inf
-        tail = (1.0 - LEVEL) / 2.0 / self.comparisons
+        tail = ALPHA / 2.0 / self.comparisons
         n = self.units
         factor = stats.t.isf(tail, n - 1) + stats.t.ppf(_POWER, n - 1)
         return float(factor) * self.scatter / math.sqrt(n)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 __all__ = [
+    "ALPHA",
     "FEW_UNITS",
     "LEVEL",
     "MANY_UNITS",
@@ -36,6 +37,9 @@ __all__ = [
 ]
 
 LEVEL = 0.95
+ALPHA = 0.05
+"""Adjusted p-values below this count as evidence."""
+
 MANY_UNITS = 20
 """From this number of units on an interval is a bootstrap."""
 

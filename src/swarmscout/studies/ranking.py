@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from swarmscout.studies.comparison import Arm, Label, arms_of, pair_keys
-from swarmscout.studies.intervals import Estimate, by_unit, gap_to_best
+from swarmscout.studies.intervals import ALPHA, Estimate, by_unit, gap_to_best
 from swarmscout.studies.metrics import METRICS
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Rank:
     @property
     def may_be_best(self) -> bool:
         """Whether the study leaves open that it is the best."""
-        return not self.p < 0.05
+        return not self.p < ALPHA
 
 
 @dataclass(frozen=True)

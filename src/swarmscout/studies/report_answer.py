@@ -15,7 +15,7 @@ from swarmscout.studies.formatting import (
     share_text,
     with_interval,
 )
-from swarmscout.studies.intervals import smallest_p
+from swarmscout.studies.intervals import ALPHA, smallest_p
 from swarmscout.studies.metrics import METRICS
 from swarmscout.studies.ranking import Rank, Ranking
 from swarmscout.studies.report_elements import Block, Heading, Picture, Table, Text, Warn
@@ -97,9 +97,9 @@ def silent_models(frame: pl.DataFrame) -> str:
 
 def verdict(p: Pairs, better: int, comparisons: int) -> str:
     """What the interval and the test, adjusted for all comparisons, say together."""
-    if comparisons * smallest_p(p.difference.units) >= 0.05 and 0.0 not in p.difference:
+    if comparisons * smallest_p(p.difference.units) >= ALPHA and 0.0 not in p.difference:
         return f"too few {p.unit} to test"
-    if not math.isfinite(p.difference.low) or 0.0 in p.difference or not p.p_holm < 0.05:
+    if not math.isfinite(p.difference.low) or 0.0 in p.difference or not p.p_holm < ALPHA:
         return "no evidence of a difference"
     up = p.difference.value > 0.0
     if better == 0:
