@@ -124,7 +124,7 @@ def test_a_lost_scheduler_is_one_line(tmp_path, cluster, gated_study):
     assert "Traceback" not in err
 
 
-def test_nobody_at_the_address_is_one_line(tmp_path, make_study):
+def test_an_address_without_a_scheduler_is_one_line(tmp_path, make_study):
     make_study()
     command = [
         sys.executable, "-m", "swarmscout", "study", "study.toml", "--engine", "dask",

@@ -6,14 +6,16 @@ An engine opens a ``concurrent.futures.Executor`` for :mod:`swarmscout.studies.s
 from __future__ import annotations
 
 import logging
-import multiprocessing
 import os
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnContext, SpawnProcess
+from types import ModuleType
 from typing import Any, Protocol
 
 from swarmscout.core.errors import StudyError
@@ -25,10 +27,28 @@ _WIDTH_SECONDS = 2.0
 
 _CONNECT_SECONDS = 15
 
-_NO_WORKER = (
-    "no worker process could start. In a script, put the call below "
-    'if __name__ == "__main__": since every worker imports the script'
-)
+
+class _WorkerProcess(SpawnProcess):
+    """A process that does not import the script that started it.
+
+    Missions need nothing of that script. Importing it would run a script without a main guard again
+    in every worker.
+    """
+
+    def start(self) -> None:
+        """Start with an empty main module, which is what the worker would import."""
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            super().start()
+        finally:
+            sys.modules["__main__"] = main
+
+
+class _WorkerContext(SpawnContext):
+    """Not "fork": a process with threads (Polars, progress bars) must not be forked."""
+
+    Process = _WorkerProcess
 
 
 class Engine(Protocol):
@@ -74,8 +94,7 @@ class LocalEngine:
         Raises:
             StudyError: no process of it could start.
         """
-        # Not "fork": a process with threads (Polars, progress bars) must not be forked.
-        context = multiprocessing.get_context("spawn")
+        context = _WorkerContext()
         reader, writer = context.Pipe(duplex=False)
         started = context.Event()
         pool = ProcessPoolExecutor(
@@ -84,7 +103,7 @@ class LocalEngine:
         try:
             yield pool
             if not started.is_set():
-                raise StudyError(_NO_WORKER)
+                raise StudyError("no worker process could start; the lines above say why")
         finally:
             writer.close()
             pool.shutdown(wait=True, cancel_futures=True)

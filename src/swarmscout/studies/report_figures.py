@@ -314,7 +314,7 @@ def _legend_of_labels(figure: Figure, order: Sequence[Label]) -> None:
 
 
 def _legend(figure: Figure, labels: Sequence[str], styles: Sequence[int]) -> None:
-    """One legend below all panels, with as many columns as fit beside each other."""
+    """One legend below all panels, with as many columns as fit."""
     if len(labels) < 2:
         return
     handles = [Line2D([], [], linewidth=1.6, **style_of(style)) for style in styles]

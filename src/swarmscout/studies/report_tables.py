@@ -29,7 +29,7 @@ _SHOWN = (
 
 
 _ACROSS = 5
-"""Number of measures beside each other on a page."""
+"""Number of measures in one table."""
 
 
 def measures_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:

@@ -7,7 +7,6 @@ under way then runs alone in a pool of its own, and only a mission that breaks t
 
 from __future__ import annotations
 
-import multiprocessing
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future
@@ -37,9 +36,6 @@ def run_study(
 ) -> int:
     """Run the missions of a study that have not been run.
 
-    With a :class:`~swarmscout.studies.engines.LocalEngine` a script must call this below
-    ``if __name__ == "__main__":``, since worker processes import the script.
-
     Args:
         study: the study.
         engine: what to run it on.
@@ -53,9 +49,6 @@ def run_study(
         StudyError: the folder cannot be used, no worker can start, or the engine is lost. Finished
             missions are kept.
     """
-    if getattr(multiprocessing.current_process(), "_inheriting", False):
-        # This is a worker that imports a script without a main guard; its parent says so.
-        raise SystemExit(1)
     with study.claimed():
         return _StudyRun(study, engine, listener).run(deque(study.todo(retry=retry)))
 
