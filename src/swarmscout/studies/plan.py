@@ -27,6 +27,7 @@ from swarmscout.studies.study_file import (
     absolute,
     base_of,
     changes_of,
+    refuse_fifo,
 )
 from swarmscout.teams.registry import make_policy
 from swarmscout.worlds.catalogue import NAMED_TUBES, load_world
@@ -143,6 +144,7 @@ def _check_world(scenario: Scenario, known: dict[Any, str]) -> str:
     if key not in known:
         known[key] = ""
         if scenario.world not in NAMED_TUBES:
+            refuse_fifo(Path(scenario.world), f"world '{scenario.world}'")
             world = load_world(scenario.world, seed=scenario.world_seed)
             stations = None if world.stations_m is None else world.stations_m.tolist()
             known[key] = f"{world.digest} {world.start_m} {stations}"

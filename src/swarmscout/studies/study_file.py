@@ -33,6 +33,7 @@ __all__ = [
     "checked",
     "dotted",
     "read_study_file",
+    "refuse_fifo",
     "study_toml",
 ]
 
@@ -154,8 +155,7 @@ def read_study_file(path: str | Path) -> tuple[StudyFile, list[Axis], Path]:
             raise StudyError(f"'{file}' is not a study's folder: it has no study.toml")
         file = file / "study.toml"
     where = f"study file '{file}'"
-    if file.exists() and not file.is_file():
-        raise StudyError(f"{where} is not a regular file")  # Reading a FIFO would never end.
+    refuse_fifo(file, where)
     try:
         data = tomllib.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -349,7 +349,20 @@ def _check(declared: StudyFile, axes: list[Axis]) -> None:
 def base_of(declared: StudyFile, folder: Path) -> str | Path:
     """The base scenario's name or file."""
     beside = folder / declared.base
-    return declared.base if declared.base in named_scenarios() or not beside.exists() else beside
+    if declared.base in named_scenarios() or not beside.exists():
+        return declared.base
+    refuse_fifo(beside, f"base '{beside}'")
+    return beside
+
+
+def refuse_fifo(path: Path, where: str) -> None:
+    """Refuse what exists and is neither a file nor a folder: reading a FIFO would never end.
+
+    Raises:
+        StudyError: the path is a FIFO, a socket or a device.
+    """
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise StudyError(f"{where} is not a regular file")
 
 
 def changes_of(declared: StudyFile, folder: Path) -> dict[str, Any]:
