@@ -36,12 +36,12 @@ def study_file(tmp_path, monkeypatch):
 
 def test_a_study_is_run_reported_and_gone_on_with(study_file, capsys):
     assert main(["study", "study.toml", "--jobs", "1"]) == 0
-    out, err = capsys.readouterr()
+    out = capsys.readouterr().out
     assert "small: 2 missions" in out
     assert "Best: destinations = " in out
     assert "nearest against quantile: " in out
-    # Said before the first mission.
-    assert err.startswith("warning: 1 seed and 1 comparison cannot show any difference")
+    # Before the first mission.
+    assert out.startswith("warning: 1 seed and 1 comparison cannot show any difference")
     assert "report: runs/study-small/report.html" in out
     assert main(["study", "runs/study-small", "--jobs", "1"]) == 0
     assert "small: all 2 missions were run before" in capsys.readouterr().out

@@ -287,10 +287,12 @@ def test_file_systems_without_locks_are_named_and_used(make_study, engine, monke
     def refuse(*_):
         raise OSError(number, os.strerror(number))
 
-    monkeypatch.setattr(fcntl, "flock", refuse)
     study = make_study(trials=1)
+    with study.claimed():
+        pass
     under_way = study.folder.missions / ".under-way"
-    under_way.mkdir(parents=True)
+    under_way.mkdir()
+    monkeypatch.setattr(fcntl, "flock", refuse)
     # Another process may be at work there: what it has begun is left alone.
     with pytest.warns(UserWarning, match="file system without locks"):
         assert run_study(study, engine) == 2

@@ -42,8 +42,6 @@ def study(
         retry: also run missions again that failed before.
         report: print the answer and write report.html, report.md, figures and data.
     """
-    import sys
-
     from swarmscout.core.errors import StudyError
     from swarmscout.studies.design import design_of
     from swarmscout.studies.study import Study
@@ -57,8 +55,8 @@ def study(
     chosen = Study.load(file, out, trials=trials)
     if chosen.todo(retry=retry):
         design = design_of(chosen)
-        text = _wrapped(f"{'warning' if design.is_weak else 'design'}: {design.describe()}")
-        print(text, flush=True, file=sys.stderr if design.is_weak else sys.stdout)
+        word = "warning" if design.is_weak else "design"
+        print(_wrapped(f"{word}: {design.describe()}"), flush=True)
     failures = run_and_show(chosen, jobs=jobs, scheduler=scheduler, retry=retry)
     silent = ""
     if report:
