@@ -69,9 +69,10 @@ def summary_lines(
     unit = METRICS[study.declared.metric].unit
     for p in pairs[:_MOST_LINES]:
         where = f" ({setting_text(names, p.setting)})" if names else ""
+        count = f"{p.n} pair{'s' if p.n != 1 else ''}"
         lines.append(
             f"{p.label} against {baseline}{where}: {with_interval(p.difference, sign=True)} "
-            f"{unit}{' ' if unit else ''}in {p.n} pair{'s' if p.n != 1 else ''}: {verdict(p, better, len(pairs))}"
+            f"{unit}{' ' if unit else ''}in {count}: {verdict(p, better, len(pairs))}"
         )
     if len(pairs) > _MOST_LINES:
         lines.append(f"{len(pairs) - _MOST_LINES} more comparisons are in the report")
