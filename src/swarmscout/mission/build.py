@@ -34,6 +34,7 @@ from swarmscout.planning.routes import Planner, Vehicle
 from swarmscout.robots.battery import CHARGER
 from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
 from swarmscout.robots.motion import Motion
+from swarmscout.robots.radio.parameters import radio_parameters
 from swarmscout.robots.radio.radio import Radio, ScriptedRadio
 from swarmscout.robots.radio.registry import RADIOS
 from swarmscout.robots.sensors.parameters import sensor_parameters
@@ -306,9 +307,7 @@ def make_radio(
         return ScriptedRadio(links)
     if radio is not None:
         return radio
-    section = scenario.radio
-    parameters = {"range_m": section.range_m} if section.model == "disc" else section.parameters
-    return RADIOS.make(section.model, parameters, base)
+    return RADIOS.make(scenario.radio.model, radio_parameters(scenario.radio), base)
 
 
 def make_formation(scenario: Scenario) -> TeamFormation:
