@@ -352,12 +352,11 @@ def make_judge(ground: World, scenario: Scenario, frame: GridFrame, bodies: Bodi
     return Judge(truth, bodies, body.forward_m, (model.lowest, model.highest))
 
 
-def make_charger(scenario: Scenario) -> np.void:
-    """CHARGER, see ``robots.battery``."""
+def make_charger(scenario: Scenario) -> NDArray[np.void]:
+    """CHARGER[1], see ``robots.battery``."""
     battery = scenario.battery
     values = battery.capacity_steps, battery.charge_per_step, battery.station_range_m
-    charger: np.void = np.array([values], dtype=CHARGER)[0]
-    return charger
+    return np.array([values], dtype=CHARGER)
 
 
 def make_desired_sizes(
