@@ -148,7 +148,7 @@ def test_death_at_any_operation_on_the_disk(
         opened += 1
         # The step during which the process dies may be lost together with the 49 before it.
         assert_beginning(run, finished, at_least=told - PART_STEPS)
-        assert run.finished == (not died)
+        assert run.finished == (folder / "summary.json").exists() >= (not died)
         if not died:
             break
     assert opened > 50, "too few operations were tried for this test to mean anything"

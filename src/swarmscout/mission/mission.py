@@ -66,6 +66,7 @@ class Mission:
         minds: what robots believe, row i of robot i (:class:`~swarmscout.minds.minds.Minds`).
         map, map_of: what the swarm knows together, and what one robot knows.
         own_maps: whether each robot keeps a map of its own (`links` were given).
+        by_hand: which arguments were given that no scenario can name: ``links``, ``model``.
         stations_m: float64[k, 2], charging stations.
         step_number: steps made so far. explored_m2: area explored so far.
         done, end_reason: whether the mission is over, and why (None until then).
@@ -147,6 +148,8 @@ class Mission:
         self._count = np.zeros(1, dtype=np.int64)
         self._hand_check = HandCheck(ground, self.frame.size)
         self._links = checked_function(links)
+        given = {"links": links, "model": model}
+        self.by_hand = tuple(name for name, value in given.items() if value is not None)
         self._no_links = np.zeros((1, 1), dtype=np.bool_)
         self._tally = Tally(robots)
         self._near = Neighbourhood(world.extent, robots, body.radius_m, body.forward_m)

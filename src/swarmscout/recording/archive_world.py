@@ -9,7 +9,7 @@ from typing import Any
 
 from swarmscout.core.errors import RunError, WorldError
 from swarmscout.mission.scenario import Scenario
-from swarmscout.recording.row_buffer import plain
+from swarmscout.recording.decisions import plain
 from swarmscout.worlds.arrays import with_places
 from swarmscout.worlds.catalogue import NAMED_TUBES
 from swarmscout.worlds.folder import load_folder, save_world

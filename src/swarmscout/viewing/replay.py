@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from swarmscout.core.enums import CHARGE, FREE, MODES, OCCUPIED, UNKNOWN
 from swarmscout.core.errors import RunError
 from swarmscout.mapping.log_odds import log_odds_of
-from swarmscout.recording.own_maps import check_robot, own_maps_of
 
 if TYPE_CHECKING:
     from swarmscout.recording.run import Run
@@ -102,9 +101,9 @@ class Replay:
         at, self._cells = changes["step"].to_numpy(), changes["cell"].to_numpy()
         odds = changes["log_odds"].to_numpy()
         if robot is not None:
-            check_robot(run, robot)
+            run.check_robot(robot)
             if run.own_maps:
-                maps = own_maps_of(run, [robot])
+                maps = run.robot_maps([robot])
                 maps.advance(self.last)
                 own = maps.changes(robot)
                 at, self._cells, odds = own.step, own.cell, own.log_odds

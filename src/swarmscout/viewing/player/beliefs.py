@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from swarmscout.core.errors import ViewError
-from swarmscout.recording.own_maps import OwnMaps, check_robot, own_maps_of
+from swarmscout.recording.own_maps import OwnMaps
 from swarmscout.viewing.player.packets import differences, pack, smallest
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def packed_beliefs(run: Run, robots: Sequence[int]) -> dict[int, bytes]:
     """
     if not robots:
         return {}
-    maps = own_maps_of(run, robots)
+    maps = run.robot_maps(robots)
     maps.advance(run.last_step)
     return {
         robot: gzip.compress(_packet(maps, robot, 0, run.last_step), compresslevel=6, mtime=0)
@@ -84,7 +84,7 @@ def chosen_robots(run: Run, text: str | None) -> list[int]:
         raise ViewError(f"own maps of '{text}': write all, none, or robots' numbers as in 0,3,7")
     robots = everybody if text == "all" else sorted({int(word) for word in words})
     for robot in robots:
-        check_robot(run, robot)
+        run.check_robot(robot)
     if not run.own_maps:
         raise ViewError("in this mission one map served all robots: no robot has one of its own")
     return robots

@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.enums import CONTACT, EVENTS
+from swarmscout.recording.tables import TABLES, Column
 from swarmscout.robots.bodies import TICKS
 from swarmscout.viewing.player.packets import differences, pack, smallest, with_differences
 
-__all__ = ["ROBOT_COLUMNS", "Block", "pack_block", "robot_columns", "short"]
+__all__ = ["ROBOT_COLUMNS", "Block", "pack_block", "short", "whole_numbers"]
 
-ROBOT_COLUMNS = ("x", "y", "heading", "charge", "state", "leader", "desired", "destination")
-"""Columns of whole numbers per robot and step; ``team`` is apart, for its ids are long.
+ROBOT_COLUMNS = tuple(c for c in TABLES["steps"].columns if c.name not in ("step", "robot"))
+"""The recorded columns per robot and step, which the page gets as whole numbers.
 
-``x``, ``y``: millimetres · ``heading``: tenths of a degree · ``charge``: thousandths ·
-``state``: bit 0 CHR mode, bits 1–2 action, bits 3–4 contact, bit 5 alive (codes of
-``core.codes``) · ``leader``: robot · ``desired``: team size · ``destination``: flat map cell or -1.
+Metres become millimetres, radians tenths of a degree, shares thousandths, words their codes
+(``facts.words``), and team ids places in the block's ``teams``.
 """
 
 LONGEST_TEXT = 20_000
@@ -39,8 +39,7 @@ class Block:
 
     Attributes:
         first: the first step.
-        columns: int[n, N] for each of :data:`ROBOT_COLUMNS`.
-        team: int64[n, N], team ids.
+        columns: int[n, N] for each of :data:`ROBOT_COLUMNS`, see :func:`whole_numbers`.
         map_counts: int[n], how many map cells changed in each step.
         map_cells: int[m], flat cells; map_log_odds: int[m], in 1/1000 nat.
         events: int[k, 5], rows of step, kind, robot, other, value.
@@ -50,7 +49,6 @@ class Block:
 
     first: int
     columns: Mapping[str, NDArray[Any]]
-    team: NDArray[np.int64]
     map_counts: NDArray[Any]
     map_cells: NDArray[Any]
     map_log_odds: NDArray[Any]
@@ -59,46 +57,21 @@ class Block:
     coverage: Mapping[str, NDArray[np.float64]]
 
 
-def robot_columns(
-    x_m: NDArray[np.float64],
-    y_m: NDArray[np.float64],
-    heading_rad: NDArray[np.float64],
-    charge: NDArray[np.float64],
-    mode: NDArray[Any],
-    action: NDArray[Any],
-    contact: NDArray[Any],
-    alive: NDArray[np.bool_],
-    leader: NDArray[Any],
-    desired: NDArray[Any],
-    destination: NDArray[Any],
-) -> dict[str, NDArray[Any]]:
-    """Robots of one step [N] or of many [n, N] in the page's units; see :data:`ROBOT_COLUMNS`."""
-    small = np.uint8
-    state = (
-        mode.astype(small)
-        | (action.astype(small) << 1)
-        | (contact.astype(small) << 3)
-        | (alive.astype(small) << 5)
-    )
-    return {
-        "x": np.rint(x_m * 1000.0).astype(np.int32),
-        "y": np.rint(y_m * 1000.0).astype(np.int32),
-        "heading": np.rint(heading_rad * (TICKS / (2.0 * np.pi))).astype(np.int32) % TICKS,
-        "charge": np.rint(charge * 1000.0).astype(np.int16),
-        "state": state,
-        "leader": leader.astype(np.int32),
-        "desired": desired.astype(np.int32),
-        "destination": destination.astype(np.int32),
-    }
+def whole_numbers(column: Column, values: NDArray[Any]) -> NDArray[Any]:
+    """A recorded column in the page's units, see :data:`ROBOT_COLUMNS`; team ids as they are."""
+    if column.unit == "rad":
+        return np.rint(values * (TICKS / (2.0 * np.pi))).astype(np.int32) % TICKS
+    scaled = np.rint(values * 1000.0) if column.kind == "float64" else values
+    return scaled.astype(np.int64 if column.kind == "int64" else np.int32)
 
 
 def pack_block(block: Block) -> bytes:
     """A block as a packet."""
     arrays: dict[str, NDArray[Any]] = {}
-    for name in ROBOT_COLUMNS:
-        arrays |= with_differences(name, block.columns[name])
-    teams, index = np.unique(block.team, return_inverse=True)
-    arrays |= with_differences("team", index.reshape(block.team.shape))
+    teams, index = np.unique(block.columns["team"], return_inverse=True)
+    for name, values in block.columns.items():
+        packed = index.reshape(values.shape) if name == "team" else values
+        arrays |= with_differences(name, packed)
     arrays["map.counts"] = block.map_counts.astype(np.uint32)
     # Cells are in ascending order within a step: differences are small.
     arrays["map.cells"] = smallest(differences(block.map_cells))
@@ -111,7 +84,8 @@ def pack_block(block: Block) -> bytes:
         arrays[f"coverage.{name}"] = values.astype(np.float64)
     facts = {
         "first": block.first,
-        "steps": len(block.team),
+        "steps": len(block.columns["team"]),
+        "columns": list(block.columns),
         "teams": teams.tolist(),
         "decisions": [short(row) for row in block.decisions],
         "coverage": list(block.coverage),

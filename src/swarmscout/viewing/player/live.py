@@ -1,7 +1,7 @@
 """A running mission as a source of the player: a recorder that remembers what the page needs.
 
 A step costs the mission a dozen small copies; whatever is made of them is made by the thread of the
-browser that asks. Memory: 30 bytes per robot and step, whether anybody looks or not, and about 100
+browser that asks. Memory: 50 bytes per robot and step, whether anybody looks or not, and about 100
 more where each robot has a map of its own.
 """
 
@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.recorder import Decision, StepRecord
+from swarmscout.recording.decisions import plain
 from swarmscout.recording.own_maps import GatheredEvidence, OwnMaps
-from swarmscout.recording.row_buffer import plain
 from swarmscout.viewing.player.beliefs import Beliefs
-from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, robot_columns
+from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, whole_numbers
 from swarmscout.viewing.player.questions import questions_live
 from swarmscout.viewing.player.recorded import mission_packet
 
@@ -33,7 +33,6 @@ MOST_STEPS = 500
 @dataclass(slots=True)
 class _Step:
     columns: dict[str, NDArray[Any]]
-    team: NDArray[np.int64]
     map_cells: NDArray[np.int32]
     map_log_odds: NDArray[np.int16]
     events: NDArray[np.int64]
@@ -81,14 +80,8 @@ class LiveMission:
 
     def record(self, record: StepRecord) -> None:
         """Take a step."""
-        pose = record.pose
-        columns = robot_columns(
-            pose[:, 0], pose[:, 1], pose[:, 2], record.charge, record.mode, record.action,
-            record.contact, record.alive, record.leader, record.desired, record.destination,
-        )  # fmt: skip
         step = _Step(
-            columns=columns,
-            team=record.team.copy(),
+            columns={c.name: whole_numbers(c, c.source(record)) for c in ROBOT_COLUMNS},
             map_cells=record.map_cells.astype(np.int32),
             map_log_odds=record.map_log_odds.astype(np.int16),
             events=np.insert(record.events, 0, record.step, axis=1),
@@ -153,9 +146,8 @@ class LiveMission:
         return Block(
             first=first,
             columns={
-                name: np.stack([step.columns[name] for step in steps]) for name in ROBOT_COLUMNS
+                c.name: np.stack([step.columns[c.name] for step in steps]) for c in ROBOT_COLUMNS
             },
-            team=np.stack([step.team for step in steps]),
             map_counts=np.array([len(step.map_cells) for step in steps]),
             map_cells=np.concatenate([step.map_cells for step in steps]),
             map_log_odds=np.concatenate([step.map_log_odds for step in steps]),

@@ -7,9 +7,8 @@ from typing import Any
 
 from swarmscout.core.errors import RunError
 from swarmscout.core.recorder import Decision
-from swarmscout.recording.attempts import attempt_row, prompt_text
+from swarmscout.recording.decisions import Asked, attempt_row, prompt_text
 from swarmscout.recording.run import Run
-from swarmscout.recording.tables import schema_of
 
 __all__ = ["questions_live", "questions_of"]
 
@@ -23,10 +22,10 @@ def questions_live(decision: Decision, columns: int) -> list[dict[str, Any]]:
         decision: with its attempts; columns: of the map, for flat cells.
     """
     rows = []
-    for attempt in decision.attempts:
-        row = dict(zip(schema_of("attempts"), attempt_row(decision, attempt, columns), strict=True))
-        row["prompt"] = prompt_text(attempt.request.messages)
-        row["answer"] = attempt.reply.text or None
+    for asked in Asked.of(decision, columns):
+        row = attempt_row(asked)
+        row["prompt"] = prompt_text(asked.attempt.request.messages)
+        row["answer"] = asked.attempt.reply.text or None
         rows.append(_shown(row))
     return rows
 

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from swarmscout.core.enums import ACTIONS, CAUSES, EVENTS, MODES
 from swarmscout.core.errors import RunError
 from swarmscout.core.grid import GridFrame
+from swarmscout.core.registry import rule_name
 from swarmscout.mapping.log_odds import log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.tables import CONTACTS
-from swarmscout.viewing.player.blocks import Block, pack_block, robot_columns
+from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, whole_numbers
 from swarmscout.viewing.player.packets import differences, pack
 from swarmscout.viewing.player.questions import questions_of
 from swarmscout.viewing.relief import Relief, relief_of
@@ -74,7 +75,7 @@ def mission_packet(
         {
             "name": name,
             "world": world.name,
-            "selector": scenario.destinations,
+            "selector": rule_name(scenario.destinations),
             "seed": scenario.seed,
             "robots": scenario.robots,
             "planned_steps": scenario.steps,
@@ -119,17 +120,12 @@ def block_of(run: Run) -> Block:
         values = series.to_physical() if series.dtype == _enum() else series
         return values.to_numpy().reshape(count, robots)
 
-    names = ("x_m", "y_m", "heading_rad", "charge", "mode", "action", "contact", "alive")
-    columns = robot_columns(
-        *(column(name) for name in (*names, "leader", "desired", "destination"))
-    )
     changes, events, coverage = run.map_changes, run.events, run.coverage
     kinds = events["kind"].to_physical().to_numpy()
     rest = [events[name].to_numpy() for name in ("robot", "other", "value")]
     return Block(
         first=int(steps["step"][0]),
-        columns=columns,
-        team=column("team"),
+        columns={c.name: whole_numbers(c, column(c.name)) for c in ROBOT_COLUMNS},
         map_counts=np.bincount(changes["step"].to_numpy(), minlength=count),
         map_cells=changes["cell"].to_numpy(),
         map_log_odds=changes["log_odds"].to_numpy(),

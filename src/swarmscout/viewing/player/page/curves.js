@@ -47,11 +47,11 @@ export class Curves {
     const mission = this.missions[k];
     if (name !== "mean" && name !== "least") return mission.coverage[name] ?? [];
     const charge = this.charge[k];
-    const { charge: all, state } = mission.columns;
+    const { charge: all, alive } = mission.columns;
     for (let s = charge.mean.length; s < mission.steps; s++) {
       let [sum, count, least] = [0, 0, 1000];
       for (let i = s * mission.robots; i < (s + 1) * mission.robots; i++) {
-        if (!((state[i] >> 5) & 1)) continue; // A stranded robot's charge says nothing any more.
+        if (!alive[i]) continue; // A stranded robot's charge says nothing any more.
         sum += all[i];
         count++;
         least = Math.min(least, all[i]);
