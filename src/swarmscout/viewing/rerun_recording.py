@@ -95,7 +95,8 @@ def record_rrd(run: Run, file: str | Path) -> Path:
             known = moment.labels[at[:, 0], at[:, 1]] != 0
             lights = np.where(known[:, None], (226, 204, 168), (52, 56, 62)).astype(np.uint8)
             recording.log("cave/ground", rr.Mesh3D.from_fields(vertex_colors=lights))
-        _log_swarm(rr, recording, moment, relief, run)
+        _log_swarm(rr, recording, moment, relief)
+        recording.log("cave/robots", rr.AnyValues(**_recorded(run, step)))
         labels = moment.labels.copy()
         labels[frontier_cells(moment.labels, run.scenario.map.frontier_neighbours)] = 3
         # Rerun's 2D views have y downward: the highest row comes first.
@@ -186,7 +187,14 @@ def _mesh(rr: Any, recording: Any, relief: Relief) -> NDArray[np.int64]:
     return cells
 
 
-def _log_swarm(rr: Any, recording: Any, moment: Moment, relief: Relief, run: Run) -> None:
+def _recorded(run: Run, step: int) -> dict[str, list[Any]]:
+    """What is recorded of each robot in a step: the viewer shows it for a selected robot."""
+    robots = run.scenario.robots
+    rows = run.steps.slice(step * robots, robots).drop("step", "robot")
+    return {name: rows[name].to_list() for name in rows.columns}
+
+
+def _log_swarm(rr: Any, recording: Any, moment: Moment, relief: Relief) -> None:
     places = _raised(moment.place_m, relief, 0.15)
     recording.log("cave/robots", rr.Points3D(places, colors=_colours(moment), radii=0.3))
     facing = np.column_stack([np.cos(moment.heading_rad), np.sin(moment.heading_rad)])

@@ -18,14 +18,7 @@ from swarmscout.recording.tables import TABLES, Column
 from swarmscout.robots.bodies import TICKS
 from swarmscout.viewing.player.packets import differences, pack, smallest, with_differences
 
-__all__ = ["ROBOT_COLUMNS", "Block", "pack_block", "short", "whole_numbers"]
-
-ROBOT_COLUMNS = tuple(c for c in TABLES["steps"].columns if c.name not in ("step", "robot"))
-"""The recorded columns per robot and step, which the page gets as whole numbers.
-
-Metres become millimetres, radians tenths of a degree, shares thousandths, words their codes
-(``facts.words``), and team ids places in the block's ``teams``.
-"""
+__all__ = ["Block", "pack_block", "robot_columns", "short", "whole_numbers"]
 
 LONGEST_TEXT = 20_000
 """Characters of a text that are handed to the page; what a model writes can be of any length."""
@@ -39,7 +32,7 @@ class Block:
 
     Attributes:
         first: the first step.
-        columns: int[n, N] for each of :data:`ROBOT_COLUMNS`, see :func:`whole_numbers`.
+        columns: int[n, N] for each of :func:`robot_columns`, see :func:`whole_numbers`.
         map_counts: int[n], how many map cells changed in each step.
         map_cells: int[m], flat cells; map_log_odds: int[m], in 1/1000 nat.
         events: int[k, 5], rows of step, kind, robot, other, value.
@@ -57,8 +50,17 @@ class Block:
     coverage: Mapping[str, NDArray[np.float64]]
 
 
+def robot_columns() -> list[Column]:
+    """The recorded columns per robot and step, which the page gets as whole numbers.
+
+    Metres become millimetres, radians tenths of a degree, shares thousandths, words their codes
+    (``facts.words``), and team ids places in the block's ``teams``.
+    """
+    return [column for column in TABLES["steps"].columns if column.name not in ("step", "robot")]
+
+
 def whole_numbers(column: Column, values: NDArray[Any]) -> NDArray[Any]:
-    """A recorded column in the page's units, see :data:`ROBOT_COLUMNS`; team ids as they are."""
+    """A recorded column in the page's units, see :func:`robot_columns`; team ids as they are."""
     if column.unit == "rad":
         return np.rint(values * (TICKS / (2.0 * np.pi))).astype(np.int32) % TICKS
     scaled = np.rint(values * 1000.0) if column.kind == "float64" else values

@@ -20,7 +20,7 @@ from swarmscout.core.recorder import Decision, StepRecord
 from swarmscout.recording.decisions import plain
 from swarmscout.recording.own_maps import GatheredEvidence, OwnMaps
 from swarmscout.viewing.player.beliefs import Beliefs
-from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, whole_numbers
+from swarmscout.viewing.player.blocks import Block, pack_block, robot_columns, whole_numbers
 from swarmscout.viewing.player.questions import questions_live
 from swarmscout.viewing.player.recorded import mission_packet
 
@@ -81,7 +81,7 @@ class LiveMission:
     def record(self, record: StepRecord) -> None:
         """Take a step."""
         step = _Step(
-            columns={c.name: whole_numbers(c, c.source(record)) for c in ROBOT_COLUMNS},
+            columns={c.name: whole_numbers(c, c.source(record)) for c in robot_columns()},
             map_cells=record.map_cells.astype(np.int32),
             map_log_odds=record.map_log_odds.astype(np.int16),
             events=np.insert(record.events, 0, record.step, axis=1),
@@ -146,7 +146,7 @@ class LiveMission:
         return Block(
             first=first,
             columns={
-                c.name: np.stack([step.columns[c.name] for step in steps]) for c in ROBOT_COLUMNS
+                c.name: np.stack([step.columns[c.name] for step in steps]) for c in robot_columns()
             },
             map_counts=np.array([len(step.map_cells) for step in steps]),
             map_cells=np.concatenate([step.map_cells for step in steps]),

@@ -18,7 +18,7 @@ from swarmscout.core.registry import rule_name
 from swarmscout.mapping.log_odds import log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.tables import CONTACTS
-from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, whole_numbers
+from swarmscout.viewing.player.blocks import Block, pack_block, robot_columns, whole_numbers
 from swarmscout.viewing.player.packets import differences, pack
 from swarmscout.viewing.player.questions import questions_of
 from swarmscout.viewing.relief import Relief, relief_of
@@ -125,7 +125,7 @@ def block_of(run: Run) -> Block:
     rest = [events[name].to_numpy() for name in ("robot", "other", "value")]
     return Block(
         first=int(steps["step"][0]),
-        columns={c.name: whole_numbers(c, column(c.name)) for c in ROBOT_COLUMNS},
+        columns={c.name: whole_numbers(c, column(c.name)) for c in robot_columns()},
         map_counts=np.bincount(changes["step"].to_numpy(), minlength=count),
         map_cells=changes["cell"].to_numpy(),
         map_log_odds=changes["log_odds"].to_numpy(),
