@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -77,7 +78,7 @@ def test_what_finishes_a_run_is_on_the_disk_before_its_summary(
 
     def synced(number: int) -> None:
         file = Path(os.readlink(f"/proc/self/fd/{number}"))
-        seen.append(("synced", file.name.removeprefix(".").rsplit(".", 3)[0].rsplit(".", 1)[0]))
+        seen.append(("synced", re.sub(r"^\.|\.\d+@.*\.tmp$", "", file.name)))
         sync(number)
 
     def replaced(old: Path, new: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -41,15 +40,13 @@ def compare(
     """
     from swarmscout.core.errors import RunError
     from swarmscout.recording.table_files import write_whole
-    from swarmscout.studies.run_comparison import curves_beside, rules_note, runs_beside
+    from swarmscout.studies.run_comparison import curves_beside, runs_beside
 
     kind = "" if picture is None else picture.suffix.lower().removeprefix(".")
     if picture is not None and kind not in ("svg", "pdf", "png"):
         raise RunError(f"--picture '{picture}': the file must end in .svg, .pdf or .png")
     beside = runs_beside(runs)
     _print_table(beside)
-    if note := rules_note(beside):
-        print(f"note: {note}", file=sys.stderr)
     for gain in beside.gains:
         _print_gain(gain, beside.baseline)
     if picture is not None:

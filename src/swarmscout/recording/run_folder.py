@@ -9,7 +9,6 @@ from pathlib import Path
 
 from swarmscout.core.errors import RunError
 from swarmscout.mission.scenario import Scenario
-from swarmscout.recording.json_files import RUN, SUMMARY
 
 __all__ = [
     "SCENARIO",
@@ -18,7 +17,6 @@ __all__ = [
     "claim_for_writing",
     "claim_next_free",
     "default_name",
-    "is_finished",
     "release_folder",
 ]
 
@@ -125,11 +123,6 @@ def release_folder(path: Path) -> None:
     """Remove a claimed folder in which nothing was written; anything else stays."""
     with contextlib.suppress(OSError):
         path.rmdir()
-
-
-def is_finished(path: Path) -> bool:
-    """Whether a folder holds the run of a mission that came to its end."""
-    return (path / RUN).is_file() and (path / SUMMARY).is_file()
 
 
 def _another(path: Path) -> str:

@@ -19,7 +19,7 @@ from swarmscout.studies.study_file import PLACE_KEYS, dotted
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Beside", "Gain", "curves_beside", "rules_note", "runs_beside"]
+__all__ = ["Beside", "Gain", "curves_beside", "runs_beside"]
 
 
 @dataclass(frozen=True)
@@ -90,17 +90,6 @@ def runs_beside(paths: Sequence[str | Path]) -> Beside:
         gains=_gains(runs, kinds),
         baseline=kinds[0],
     )
-
-
-def rules_note(beside: Beside) -> str | None:
-    """Which runs were recorded under which rules version, where these differ; else None."""
-    groups: dict[Any, list[str]] = {}
-    for name, run in zip(beside.names, beside.runs, strict=True):
-        groups.setdefault(run.facts.get("rules_version"), []).append(name)
-    if len(groups) < 2:
-        return None
-    parts = [f"{', '.join(names)}: rules version {number}" for number, names in groups.items()]
-    return f"{'; '.join(parts)}: robots behave differently, so these runs do not compare"
 
 
 def curves_beside(beside: Beside) -> Figure:

@@ -96,7 +96,7 @@ def record_rrd(run: Run, file: str | Path) -> Path:
             lights = np.where(known[:, None], (226, 204, 168), (52, 56, 62)).astype(np.uint8)
             recording.log("cave/ground", rr.Mesh3D.from_fields(vertex_colors=lights))
         _log_swarm(rr, recording, moment, relief)
-        recording.log("cave/robots", rr.AnyValues(**_recorded(run, step)))
+        recording.log("cave/robots", rr.AnyValues(False, **_recorded(run, step)))
         labels = moment.labels.copy()
         labels[frontier_cells(moment.labels, run.scenario.map.frontier_neighbours)] = 3
         # Rerun's 2D views have y downward: the highest row comes first.
