@@ -37,12 +37,14 @@ def figures(
         dpi: dots per inch.
     """
     from swarmscout.recording.run import Run
-    from swarmscout.viewing.figures.making import FIGURES, make_figures
+    from swarmscout.viewing.figures.making import FIGURES, figures_of, make_figures
 
     opened = Run.open(run)
     folder = run / "figures" if out is None else out
-    names = only or tuple(FIGURES)
+    names = only or figures_of(opened)
     drawn = make_figures(opened, folder, names=names, form=format, step=step, robot=robot, dpi=dpi)
     for file in drawn:
         print(f"figure: {file}")
+    if lacking := [name for name in FIGURES if not only and name not in names]:
+        print(f"not drawn, for the run's level is '{opened.level}': {', '.join(lacking)}")
     return 0

@@ -15,7 +15,7 @@ from swarmscout.mapping.log_odds import log_odds_of
 if TYPE_CHECKING:
     from swarmscout.recording.run import Run
 
-__all__ = ["Moment", "Replay", "Team"]
+__all__ = ["Curve", "Moment", "Replay", "Team"]
 
 MARGIN_M = 2.5
 
@@ -59,6 +59,31 @@ class Moment:
     teams: list[Team]
     labels: NDArray[np.uint8]
     explored_m2: float
+
+
+class Curve:
+    """What a run shows of which no robots were recorded: the explored area.
+
+    Attributes:
+        run: recorded with ``record="curves"`` or ``full``.
+        last: the last step.
+        explored_m2: float64[last + 1], explored area.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self.last = run.last_step
+        self.explored_m2 = run.coverage["explored_m2"].to_numpy()
+
+    def moment(self, step: int) -> float:
+        """Explored area after a step.
+
+        Raises:
+            RunError: there is no such step.
+        """
+        if not 0 <= step <= self.last:
+            raise RunError(f"there is no step {step}: the run holds steps 0 to {self.last}")
+        return float(self.explored_m2[step])
 
 
 class Replay:

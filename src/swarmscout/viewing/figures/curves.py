@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from swarmscout.viewing.figures.style import CURVE
-from swarmscout.viewing.replay import Replay
+from swarmscout.viewing.replay import Curve, Replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["explored_area"]
 
 
-def explored_area(replay: Replay, step: int) -> Figure:
+def explored_area(replay: Replay | Curve, step: int) -> Figure:
     """Explored area over the steps, in m² and as a share of the reachable; a mark at the step."""
     from matplotlib.figure import Figure
 

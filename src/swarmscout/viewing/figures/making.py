@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from swarmscout.core.errors import RunError, ViewError, did_you_mean
 from swarmscout.recording.table_files import write_whole
@@ -14,16 +14,16 @@ from swarmscout.viewing.figures.curves import explored_area
 from swarmscout.viewing.figures.maps import growing_map, team_map
 from swarmscout.viewing.figures.sensor import sensor_fan
 from swarmscout.viewing.figures.style import print_style
-from swarmscout.viewing.replay import Replay
+from swarmscout.viewing.replay import Curve, Replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from swarmscout.recording.run import Run
 
-__all__ = ["FIGURES", "FORMS", "make_figures"]
+__all__ = ["FIGURES", "FORMS", "figures_of", "make_figures"]
 
-FIGURES: dict[str, Callable[[Replay, int], Figure]] = {
+FIGURES: dict[str, Callable[[Any, int], Figure]] = {
     "sensor-fan": sensor_fan,
     "team-map": team_map,
     "growing-map": growing_map,
@@ -31,8 +31,15 @@ FIGURES: dict[str, Callable[[Replay, int], Figure]] = {
     "cave": cave_overview,
     "cave-and-map": cave_and_map,
 }
+_OF_CURVES = ("explored-area",)
+
 FORMS = ("png", "svg", "pdf")
 DPI = 200
+
+
+def figures_of(run: Run) -> tuple[str, ...]:
+    """Names of the figures that can be drawn of what was recorded of a run."""
+    return tuple(FIGURES) if "steps" in run.tables else _OF_CURVES
 
 
 def make_figures(
@@ -74,7 +81,8 @@ def make_figures(
         raise ViewError(f"figures cannot be '{form}': {did_you_mean(form, FORMS)}")
     if not 30 <= dpi <= 1200:
         raise ViewError(f"{dpi} dots per inch: give 30 to 1200")
-    replay = Replay(run, robot)
+    of_curves = "steps" not in run.tables and {*names} <= {*_OF_CURVES}
+    replay = Curve(run) if of_curves else Replay(run, robot)
     at = replay.last if step is None else step
     replay.moment(at)  # Before anything slow: is there such a step?
     out = Path(folder)

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from swarmscout.core.enums import ACTIONS, CAUSES, EVENTS, MODES
 from swarmscout.core.errors import RunError
 from swarmscout.core.grid import GridFrame
-from swarmscout.core.registry import rule_name
 from swarmscout.mapping.log_odds import log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.tables import CONTACTS
@@ -25,6 +24,8 @@ from swarmscout.viewing.relief import Relief, relief_of
 from swarmscout.worlds.world import World
 
 if TYPE_CHECKING:
+    import polars as pl
+
     from swarmscout.recording.run import Run
 
 __all__ = ["block_of", "mission_packet", "player_data"]
@@ -34,7 +35,7 @@ def player_data(run: Run) -> bytes:
     """Everything that the page shows of a run, gzipped.
 
     Args:
-        run: finished or not; recorded with ``record="full"``.
+        run: finished or not; recorded with ``full``, or with ``curves``, which has no robots.
 
     Raises:
         RunError: steps were not recorded, or the world cannot be had back.
@@ -45,6 +46,8 @@ def player_data(run: Run) -> bytes:
         "version": run.facts["version"],
         "own_maps": run.own_maps,
     }
+    if "steps" not in run.tables:  # Curves, decisions and the final map, but no robots.
+        facts |= {"robots": 0, "own_maps": False}
     name = "run" if run.path is None else run.path.resolve().name
     packet = mission_packet(name, run.scenario, run.world(), run.frame, run.stations_m, facts)
     return gzip.compress(packet + pack_block(block_of(run)), compresslevel=6, mtime=0)
@@ -75,7 +78,7 @@ def mission_packet(
         {
             "name": name,
             "world": world.name,
-            "selector": rule_name(scenario.destinations),
+            "selector": scenario.destinations,
             "seed": scenario.seed,
             "robots": scenario.robots,
             "planned_steps": scenario.steps,
@@ -108,8 +111,10 @@ def block_of(run: Run) -> Block:
     """All steps of a run as a block.
 
     Raises:
-        RunError: steps were not recorded, or none was.
+        RunError: no step was recorded.
     """
+    if "steps" not in run.tables:
+        return _without_robots(run)
     steps, robots = run.steps, run.scenario.robots
     count = steps.height // robots
     if not count:
@@ -131,12 +136,33 @@ def block_of(run: Run) -> Block:
         map_log_odds=changes["log_odds"].to_numpy(),
         events=np.column_stack([events["step"].to_numpy(), kinds, *rest]).astype(np.int64),
         decisions=_decisions(run),
-        coverage={
-            name: coverage[name].to_numpy().astype(np.float64)[:count]
-            for name in coverage.columns
-            if name != "step"
-        },
+        coverage=_coverage(coverage),
     )
+
+
+def _without_robots(run: Run) -> Block:
+    """A run of which curves were recorded: its whole map appears in the last step."""
+    coverage, last = run.coverage, run.last_step
+    if last < 0:
+        raise RunError(f"{run!r} holds no step yet: there is nothing to show")
+    odds = run.map_at().ravel() if run.finished else np.zeros(run.frame.size, dtype=np.int32)
+    cells = np.flatnonzero(odds)
+    nothing = np.zeros((last + 1, 0), dtype=np.int64)
+    return Block(
+        first=0,
+        columns={column.name: nothing for column in robot_columns()},
+        map_counts=np.array([0] * last + [len(cells)]),
+        map_cells=cells,
+        map_log_odds=odds[cells],
+        events=np.zeros((0, 5), dtype=np.int64),
+        decisions=_decisions(run),
+        coverage=_coverage(coverage),
+    )
+
+
+def _coverage(coverage: pl.DataFrame) -> dict[str, NDArray[np.float64]]:
+    names = [name for name in coverage.columns if name != "step"]
+    return {name: coverage[name].to_numpy().astype(np.float64) for name in names}
 
 
 def _decisions(run: Run) -> list[dict[str, Any]]:
