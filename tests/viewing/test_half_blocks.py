@@ -40,9 +40,9 @@ def test_the_map_fits_and_shows_the_robots(width, height):
     assert picture.shape[1] <= width
     kinds = {tuple(colour) for colour in picture.reshape(-1, 3).tolist()}
     assert kinds <= {tuple(colour) for colour in COLOURS.tolist()}
-    assert (230, 40, 30) in kinds  # Somebody explores.
+    assert (255, 93, 79) in kinds  # Somebody explores.
     if (width, height) == (200, 200):
-        red = (picture == (230, 40, 30)).all(axis=2).sum()
+        red = (picture == (255, 93, 79)).all(axis=2).sum()
         exploring = mission.bodies.alive & (mission.minds.mode == 0)
         cells = mission.frame.cells_of(mission.bodies.position[exploring])
         assert red == len(np.unique(cells, axis=0))

@@ -11,9 +11,9 @@ from test_packets import read
 
 from swarmscout import Mission, Run, RunError, Scenario, record_mission
 from swarmscout.core.errors import ViewError
-from swarmscout.viewing.figures.making import make_figures
-from swarmscout.viewing.figures.maps import team_map
-from swarmscout.viewing.map_picture import labels_at
+from swarmscout.viewing.map_image import labels_at
+from swarmscout.viewing.mission_figures.catalogue import make_figures
+from swarmscout.viewing.mission_figures.maps import team_map
 from swarmscout.viewing.player.beliefs import chosen_robots, packed_beliefs
 from swarmscout.viewing.player.export import export_page
 from swarmscout.viewing.player.live import LiveMission
@@ -156,7 +156,7 @@ def test_figures_of_one_robots_map(apart, tmp_path):
     (whole,) = make_figures(apart, tmp_path / "all", names=["team-map"], dpi=60)
     assert file.read_bytes() != whole.read_bytes()
     axes = team_map(replay, 60).axes[0]
-    assert axes.get_title() == "step 60 · what robot 2 knows"
+    assert axes.get_title() == "step 60 · the map of robot 2"
     assert (
         axes.images[0].get_array() != team_map(Replay(apart), 60).axes[0].images[0].get_array()
     ).any()

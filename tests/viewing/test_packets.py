@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from swarmscout.viewing.player.blocks import LONGEST_TEXT, short
 from swarmscout.viewing.player.packets import MAGIC, pack, smallest, with_differences
+from swarmscout.viewing.player.step_range import LONGEST_TEXT, short
 
 
 def read(data: bytes) -> list[tuple[dict, dict]]:

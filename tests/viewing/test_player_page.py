@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 
 from swarmscout import Run
-from swarmscout.viewing.map_picture import frontier_cells, labels_at
+from swarmscout.viewing.map_image import frontier_cells, labels_at
 from swarmscout.viewing.player.page import one_file
 from swarmscout.viewing.player.recorded import player_data
 from swarmscout.viewing.player.server import PlayerServer, Recorded

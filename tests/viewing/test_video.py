@@ -10,8 +10,9 @@ from PIL import Image
 
 from swarmscout.core.errors import RunError, ViewError
 from swarmscout.viewing.film import Film
-from swarmscout.viewing.map_picture import labels_at
-from swarmscout.viewing.overview import DARK, Overview
+from swarmscout.viewing.map_image import labels_at
+from swarmscout.viewing.overview import Overview
+from swarmscout.viewing.palette import DARK
 from swarmscout.viewing.relief import relief_of
 from swarmscout.viewing.replay import Replay
 from swarmscout.viewing.video import ffmpeg_program, make_video
@@ -93,7 +94,7 @@ def test_a_broken_ffmpeg_is_one_line_and_leaves_nothing(run, tmp_path, monkeypat
 def test_the_overview_lights_what_is_known(run):
     relief = relief_of(run.world())
     labels = labels_at(run, 60)
-    view = Overview(relief, relief.frame.extent, 400, 300, run.frame, DARK)
+    view = Overview(relief, relief.frame.extent, 400, 300, run.frame)
     nothing, some = view.picture(labels > 9), view.picture(labels > 0)
     rng = np.random.default_rng(1)
     free = run.frame.centres_of(np.argwhere(labels == 1))
@@ -110,14 +111,14 @@ def test_the_overview_lights_what_is_known(run):
 def test_the_overview_hides_what_is_behind(run):
     """Each visible place is seen at the pixel that it projects to."""
     relief = relief_of(run.world())
-    view = Overview(relief, relief.frame.extent, 240, 180, run.frame, DARK)
-    _, _, x_m, y_m = view._render(DARK)
+    view = Overview(relief, relief.frame.extent, 240, 180, run.frame)
+    _, _, x_m, y_m = view._render(DARK, DARK.background)
     seen = np.argwhere(~np.isnan(x_m))
     places = np.column_stack([x_m[~np.isnan(x_m)], y_m[~np.isnan(x_m)]])
     height = relief.height_m()
     cells = relief.frame.cells_of(places)
     z = height[cells[:, 0].clip(0, height.shape[0] - 1), cells[:, 1].clip(0, height.shape[1] - 1)]
-    pixels = view._pixels(view._sideways(places), z)
+    pixels = view._pixels(places, z)
     off = np.abs(pixels - seen[:, ::-1] - 0.25)
     assert np.median(off) < 1.0
     assert np.quantile(off[:, 0], 0.99) < 1.0

@@ -37,11 +37,11 @@ def figures(
         dpi: dots per inch.
     """
     from swarmscout.recording.run import Run
-    from swarmscout.viewing.figures.making import FIGURES, make_figures
+    from swarmscout.viewing.mission_figures.catalogue import MISSION_FIGURES, make_figures
 
     opened = Run.open(run)
     folder = run / "figures" if out is None else out
-    names = only or tuple(FIGURES)
+    names = only or tuple(MISSION_FIGURES)
     drawn = make_figures(opened, folder, names=names, form=format, step=step, robot=robot, dpi=dpi)
     for file in drawn:
         print(f"figure: {file}")

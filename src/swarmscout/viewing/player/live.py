@@ -20,9 +20,9 @@ from swarmscout.core.recorder import Decision, StepRecord
 from swarmscout.recording.own_maps import GatheredEvidence, OwnMaps
 from swarmscout.recording.row_buffer import plain
 from swarmscout.viewing.player.beliefs import Beliefs
-from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, robot_columns
 from swarmscout.viewing.player.questions import questions_live
 from swarmscout.viewing.player.recorded import mission_packet
+from swarmscout.viewing.player.step_range import ROBOT_COLUMNS, StepRange, pack_steps, robot_columns
 
 __all__ = ["LiveMission"]
 
@@ -122,7 +122,7 @@ class LiveMission:
         with self._came:
             self._came.wait_for(lambda: self._steps or self._ending is not None)
             steps = self._steps[:]
-        history = pack_block(self._block(0, steps)) if steps else b""
+        history = pack_steps(self._block(0, steps)) if steps else b""
         # Loopback is fast: little effort, for the mission wants the processor too.
         return gzip.compress(self._head + history, compresslevel=1, mtime=0)
 
@@ -135,7 +135,7 @@ class LiveMission:
             steps = self._steps[first : first + MOST_STEPS]
         if not steps:
             return b"", first
-        return pack_block(self._block(first, steps)), first + len(steps)
+        return pack_steps(self._block(first, steps)), first + len(steps)
 
     def belief(self, robot: int, first: int) -> bytes | None:
         """One robot's map from step `first` on, a gzipped packet; None where there is none."""
@@ -149,8 +149,8 @@ class LiveMission:
         """What there is to say at the end of the mission, or None while it runs."""
         return self._ending
 
-    def _block(self, first: int, steps: Sequence[_Step]) -> Block:
-        return Block(
+    def _block(self, first: int, steps: Sequence[_Step]) -> StepRange:
+        return StepRange(
             first=first,
             columns={
                 name: np.stack([step.columns[name] for step in steps]) for name in ROBOT_COLUMNS

@@ -17,16 +17,16 @@ from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.tables import CONTACTS
-from swarmscout.viewing.player.blocks import Block, pack_block, robot_columns
 from swarmscout.viewing.player.packets import differences, pack
 from swarmscout.viewing.player.questions import questions_of
+from swarmscout.viewing.player.step_range import StepRange, pack_steps, robot_columns
 from swarmscout.viewing.relief import Relief, relief_of
 from swarmscout.worlds.world import World
 
 if TYPE_CHECKING:
     from swarmscout.recording.run import Run
 
-__all__ = ["block_of", "mission_packet", "player_data"]
+__all__ = ["mission_packet", "player_data", "steps_of"]
 
 
 def player_data(run: Run) -> bytes:
@@ -46,7 +46,7 @@ def player_data(run: Run) -> bytes:
     }
     name = "run" if run.path is None else run.path.resolve().name
     packet = mission_packet(name, run.scenario, run.world(), run.frame, run.stations_m, facts)
-    return gzip.compress(packet + pack_block(block_of(run)), compresslevel=6, mtime=0)
+    return gzip.compress(packet + pack_steps(steps_of(run)), compresslevel=6, mtime=0)
 
 
 def mission_packet(
@@ -103,7 +103,7 @@ def mission_packet(
     )
 
 
-def block_of(run: Run) -> Block:
+def steps_of(run: Run) -> StepRange:
     """All steps of a run as a block.
 
     Raises:
@@ -126,7 +126,7 @@ def block_of(run: Run) -> Block:
     changes, events, coverage = run.map_changes, run.events, run.coverage
     kinds = events["kind"].to_physical().to_numpy()
     rest = [events[name].to_numpy() for name in ("robot", "other", "value")]
-    return Block(
+    return StepRange(
         first=int(steps["step"][0]),
         columns=columns,
         team=column("team"),

@@ -17,7 +17,7 @@ from swarmscout.core.enums import CONTACT, EVENTS
 from swarmscout.robots.bodies import TICKS
 from swarmscout.viewing.player.packets import differences, pack, smallest, with_differences
 
-__all__ = ["ROBOT_COLUMNS", "Block", "pack_block", "robot_columns", "short"]
+__all__ = ["ROBOT_COLUMNS", "StepRange", "pack_steps", "robot_columns", "short"]
 
 ROBOT_COLUMNS = ("x", "y", "heading", "charge", "state", "leader", "desired", "destination")
 """Columns of whole numbers per robot and step; ``team`` is apart, for its ids are long.
@@ -34,7 +34,7 @@ _SHOWN_EVENTS = [code for code in range(len(EVENTS)) if code != CONTACT]
 
 
 @dataclass(slots=True)
-class Block:
+class StepRange:
     """Some steps, in the page's units.
 
     Attributes:
@@ -92,7 +92,7 @@ def robot_columns(
     }
 
 
-def pack_block(block: Block) -> bytes:
+def pack_steps(block: StepRange) -> bytes:
     """A block as a packet."""
     arrays: dict[str, NDArray[Any]] = {}
     for name in ROBOT_COLUMNS:
