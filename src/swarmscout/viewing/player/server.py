@@ -253,7 +253,7 @@ class _Handler(BaseHTTPRequestHandler):
         while True:
             packet, first = source.news(first, wait_s=5.0)
             if packet:
-                self._event("block", base64.b64encode(packet))
+                self._event("steps", base64.b64encode(packet))
                 pause.wait(SECONDS_BETWEEN_NEWS)
             elif (ending := source.ending()) is not None:
                 self._event("end", json.dumps(ending).encode())
