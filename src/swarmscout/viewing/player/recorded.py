@@ -1,4 +1,4 @@
-"""A recorded run as the player's data: a packet with its facts, and a block with all its steps."""
+"""A recorded run as the player's data: a packet with its facts, and one with all its steps."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from swarmscout.mapping.log_odds import log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.tables import CONTACTS
 from swarmscout.viewing.player.packets import differences, pack
+from swarmscout.viewing.player.page_text import page_data, page_text
 from swarmscout.viewing.player.questions import questions_of
 from swarmscout.viewing.player.step_range import StepRange, pack_steps, robot_columns
 from swarmscout.viewing.relief import Relief, relief_of
@@ -30,13 +31,13 @@ __all__ = ["mission_packet", "player_data", "steps_of"]
 
 
 def player_data(run: Run) -> bytes:
-    """Everything that the page shows of a run, gzipped.
+    """All that the page shows of a run, gzipped.
 
     Args:
         run: finished or not; recorded with ``record="full"``.
 
     Raises:
-        RunError: steps were not recorded, or the world cannot be had back.
+        RunError: steps were not recorded, or the world cannot be loaded.
     """
     facts = {
         "finished": run.finished,
@@ -57,24 +58,24 @@ def mission_packet(
     stations_m: NDArray[np.float64],
     facts: Mapping[str, Any],
 ) -> bytes:
-    """The packet with what does not change during a mission.
+    """The packet with the facts that do not change during a mission.
 
     Args:
-        name: what the run is called.
-        scenario: what is run.
-        world: where.
+        name: of the run.
+        scenario: of the mission.
+        world: of the mission.
         frame: the map's frame.
         stations_m: float64[k, 2], charging stations.
-        facts: what else the page may show, plain data.
+        facts: further facts for the page, plain data.
     """
     relief = relief_of(world)
     arrays: dict[str, NDArray[Any]] = dict(_relief_arrays(relief))
     arrays["free"] = np.packbits((world.free != 0).ravel())
     return pack(
         {
-            "name": name,
-            "world": world.name,
-            "selector": scenario.destinations,
+            "name": page_text(name),
+            "world": page_text(world.name),
+            "selector": page_text(scenario.destinations),
             "seed": scenario.seed,
             "robots": scenario.robots,
             "planned_steps": scenario.steps,
@@ -97,22 +98,22 @@ def mission_packet(
                 "event": EVENTS,
                 "cause": CAUSES,
             },
-            **facts,
+            **page_data(facts),
         },
         arrays,
     )
 
 
 def steps_of(run: Run) -> StepRange:
-    """All steps of a run as a block.
+    """All steps of a run.
 
     Raises:
-        RunError: steps were not recorded, or none was.
+        RunError: steps were not recorded, or the run has no step.
     """
     steps, robots = run.steps, run.scenario.robots
     count = steps.height // robots
     if not count:
-        raise RunError(f"{run!r} holds no step yet: there is nothing to show")
+        raise RunError(f"{run!r} has no step yet: nothing to show")
 
     def column(name: str) -> NDArray[Any]:
         series = steps[name]
@@ -144,7 +145,7 @@ def steps_of(run: Run) -> StepRange:
 
 
 def _decisions(run: Run) -> list[dict[str, Any]]:
-    """Rows of ``decisions``, with what a language model was asked for them."""
+    """Rows of ``decisions``, with the requests to a language model for them."""
     rows = [_with_details(row) for row in run.decisions.to_dicts()]
     asked = questions_of(run)
     for row in rows:
@@ -156,7 +157,7 @@ def _decisions(run: Run) -> list[dict[str, Any]]:
 
 def _with_details(row: dict[str, Any]) -> dict[str, Any]:
     """A row of ``decisions`` whose details are data again."""
-    with contextlib.suppress(TypeError, ValueError):  # It can be shown as it stands, too.
+    with contextlib.suppress(TypeError, ValueError):  # Otherwise it is shown as text.
         row["details"] = json.loads(row["details"])
     return row
 
@@ -178,7 +179,7 @@ def _plain_frame(frame: GridFrame) -> dict[str, float]:
 
 
 def _relief_arrays(relief: Relief) -> dict[str, NDArray[Any]]:
-    """Heights in millimetres as differences along a row, shares in 255ths, 0 where nothing is."""
+    """Heights in millimetres as differences along a row, shares in 255ths, 0 outside."""
     height = np.rint(np.where(relief.shown, relief.ground_m, 0.0) * 1000.0).astype(np.int64)
     share = np.where(relief.shown, 1 + np.rint(relief.open_share * 254.0), 0).astype(np.uint8)
     return {
