@@ -6,7 +6,7 @@ import { element } from "./elements.js";
 const SHOWN = 40;
 const PAUSE_MS = 150; // While the step changes fast, the list need not follow every frame.
 /** Columns that a row's first lines show already. */
-const HEADLINE = new Set(["step", "leader", "cause", "selector", "reason", "cell", "x_m", "y_m", "team"]);
+const HEADLINE = new Set(["step", "leader", "cause", "selector", "reason", "cell", "x_m", "y_m", "team", "attempts"]);
 
 export class Decisions {
   /** @param choose called with the leader of an opened decision. */
@@ -100,6 +100,7 @@ export class Decisions {
       item.replaceWith(anew);
       this.#aimTab();
       anew.firstChild.focus();
+      if (this.open.has(i)) anew.scrollIntoView({ block: "nearest" });
     });
     item.append(head);
     if (this.open.has(i)) item.append(details(row));
@@ -122,6 +123,7 @@ function countUpTo(rows, step) {
 function details(row) {
   const list = element("dl");
   if (row.reason) put(list, "reason", row.reason);
+  put(list, "attempts", row.attempts);
   put(list, "cause", row.cause);
   put(list, "selector", row.selector);
   for (const [name, value] of Object.entries(row)) {
@@ -157,6 +159,7 @@ function put(list, name, value) {
       group.append(exchange, facts);
       shown.append(group);
     });
+    shown.classList.add("wide");
   } else {
     const text = typeof value === "number" ? number(value) : typeof value === "string" ? value : JSON.stringify(value);
     const long = text.length > 120 || text.includes("\n");

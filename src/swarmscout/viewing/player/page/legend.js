@@ -62,7 +62,7 @@ function entries(look) {
   return [
     ...robots,
     ["robot, going to charge (CHR)", (ctx) => robot(ctx, look, { charging: true })],
-    ["stranded robot; tick on the time line", (ctx) => robot(ctx, look, { alive: false })],
+    ["stranded; tick on the time line", (ctx) => robot(ctx, look, { alive: false })],
     ["team", (ctx) => ring(ctx, theme.team, 1.4)],
     ["team leader", (ctx) => {
       star(ctx, X, Y, 6.8, "rgba(0, 0, 0, 0.75)");
