@@ -12,7 +12,7 @@ from swarmscout.core.errors import RunError, ViewError
 from swarmscout.viewing.film import Film
 from swarmscout.viewing.map_image import labels_at
 from swarmscout.viewing.overview import Overview
-from swarmscout.viewing.palette import DARK
+from swarmscout.viewing.palette import DARK, rgb
 from swarmscout.viewing.relief import relief_of
 from swarmscout.viewing.replay import Replay
 from swarmscout.viewing.video import ffmpeg_program, make_video
@@ -61,7 +61,8 @@ def test_an_mp4_has_a_frame_per_step(run, tmp_path):
 def test_animated_pictures(run, tmp_path, name):
     file = make_video(run, tmp_path / name, size=SMALL, every=25, fps=5)
     with Image.open(file) as animation:
-        assert animation.n_frames == 4  # Steps 0, 25, 50 and the last.
+        # Steps 0, 25, 50 and the last; a GIF has every second frame, twice as long.
+        assert animation.n_frames == (3 if name == "m.gif" else 4)
         assert animation.size == SMALL
 
 
@@ -71,11 +72,11 @@ def test_animated_pictures(run, tmp_path, name):
         ("m.avi", {}, "ends in .mp4, .webp, .gif"),
         ("m.mp4", {"size": (321, 180)}, "even numbers"),
         ("m.mp4", {"fps": 0.0}, "frames per second"),
-        ("m.mp4", {"every": 0}, "give 1 or more"),
+        ("m.mp4", {"every": 0}, "choose 1 or more"),
         ("no/m.gif", {}, "cannot write"),
     ],
 )
-def test_mistakes_are_told_before_anything_is_drawn(run, tmp_path, name, more, told):
+def test_mistakes_end_before_anything_is_drawn(run, tmp_path, name, more, told):
     with pytest.raises((ViewError, RunError), match=told):
         make_video(run, tmp_path / name, **{"size": SMALL, **more})
     assert not list(tmp_path.iterdir())
@@ -122,3 +123,24 @@ def test_the_overview_hides_what_is_behind(run):
     off = np.abs(pixels - seen[:, ::-1] - 0.25)
     assert np.median(off) < 1.0
     assert np.quantile(off[:, 0], 0.99) < 1.0
+
+
+def test_a_gif_is_small_and_keeps_the_colours_of_the_signs(run, tmp_path):
+    file = make_video(run, tmp_path / "m.gif", size=(640, 360))
+    assert file.stat().st_size < 800_000
+    film = Film(Replay(run), (640, 360))
+    with Image.open(file) as animation:
+        assert animation.n_frames == 31
+        assert animation.info["duration"] in (60, 70)
+        colours = set()
+        for index, step in ((0, 0), (15, 30), (30, 60)):
+            animation.seek(index)
+            shown = np.asarray(animation.convert("RGB")).astype(int)
+            colours |= {tuple(colour) for colour in np.unique(shown.reshape(-1, 3), axis=0)}
+            drawn = np.asarray(film.frame(step)).astype(int)
+            assert np.abs(shown - drawn).mean() < 3
+            for colour in (DARK.explore, DARK.frontier, DARK.free):
+                same = (drawn == rgb(colour)).all(axis=2)
+                assert same.any()
+                assert (shown[same] == rgb(colour)).all()
+        assert len(colours) <= 240  # One palette for all frames: nothing flickers.

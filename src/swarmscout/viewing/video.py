@@ -65,7 +65,7 @@ def make_video(
     if not all(LEAST <= side <= MOST and side % 2 == 0 for side in size):
         width, height = size
         raise ViewError(
-            f"size {width}x{height}: choose even numbers from {LEAST} to {MOST}, for example 1280x720"
+            f"size {width}x{height}: choose even numbers from {LEAST} to {MOST}, such as 1280x720"
         )
     if not 0.1 <= fps <= 120.0:
         raise ViewError(f"{fps:g} frames per second: choose 0.1 to 120")

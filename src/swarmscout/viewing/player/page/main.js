@@ -115,6 +115,7 @@ class Player {
       if (state === "finished") {
         $("live").hidden = true;
         this.curves.update();
+        this.keepSwarmInView();
         this.refresh();
       }
     });
