@@ -139,8 +139,11 @@ def test_a_gif_is_small_and_keeps_the_colours_of_the_signs(run, tmp_path):
             colours |= {tuple(colour) for colour in np.unique(shown.reshape(-1, 3), axis=0)}
             drawn = np.asarray(film.frame(step)).astype(int)
             assert np.abs(shown - drawn).mean() < 3
-            for colour in (DARK.explore, DARK.frontier, DARK.free):
+            for colour in (DARK.frontier, DARK.free, DARK.background):
                 same = (drawn == rgb(colour)).all(axis=2)
                 assert same.any()
                 assert (shown[same] == rgb(colour)).all()
+            red = (drawn[..., 0] > 200) & (drawn[..., 1:].max(axis=2) < 150)  # Robots.
+            assert red.any()
+            assert np.abs(shown - drawn)[red].mean() < 15
         assert len(colours) <= 240  # One palette for all frames: nothing flickers.
