@@ -133,7 +133,7 @@ def test_a_gif_is_small_and_keeps_the_colours_of_the_signs(run, tmp_path):
         assert animation.n_frames == 31
         assert animation.info["duration"] in (60, 70)
         colours = set()
-        for index, step in ((0, 0), (15, 30), (30, 60)):
+        for index, step in ((15, 30), (30, 60)):
             animation.seek(index)
             shown = np.asarray(animation.convert("RGB")).astype(int)
             colours |= {tuple(colour) for colour in np.unique(shown.reshape(-1, 3), axis=0)}
