@@ -14,8 +14,8 @@ import pytest
 from swarmscout import Run, RunWriter
 from swarmscout.recording.table_page import page_with_tables
 from swarmscout.recording.tables import TABLES, Column, schema_of
-from swarmscout.viewing.player.blocks import robot_columns
-from swarmscout.viewing.player.recorded import block_of
+from swarmscout.viewing.player.recorded import steps_of
+from swarmscout.viewing.player.step_range import robot_columns
 from swarmscout.viewing.rerun_recording import _recorded
 
 PAGE = Path(__file__).parents[2] / "docs" / "recordings.md"
@@ -56,7 +56,7 @@ def test_a_new_column_is_a_row_of_the_table(a_new_column: str, tape: Any, empty:
     run = Run.open(empty)
     expected = run.steps.select((pl.col("x_m") ** 2 + pl.col("y_m") ** 2).sqrt()).to_series()
     np.testing.assert_allclose(run.steps[a_new_column].to_numpy(), expected.to_numpy())
-    shown = block_of(run).columns[a_new_column]
+    shown = steps_of(run).columns[a_new_column]
     assert shown.shape == (run.last_step + 1, run.scenario.robots)
     np.testing.assert_allclose(shown.ravel() / 1000, expected.to_numpy(), atol=1e-3)
     assert a_new_column in {column.name for column in robot_columns()}

@@ -1,4 +1,4 @@
-"""What a language model was asked for a decision, as the player's page shows it."""
+"""Prompts to a language model and its answers, as the page shows them."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ KEY = ("step", "team", "leader")
 
 
 def questions_live(decision: Decision, columns: int) -> list[dict[str, Any]]:
-    """The attempts of a decision that was just made, with their texts.
+    """The attempts of a live decision, with their texts.
 
     Args:
-        decision: with its attempts; columns: of the map, for flat cells.
+        decision: with its attempts.
+        columns: of the map, for flat cells.
     """
     rows = []
     for asked in Asked.of(decision, columns):
@@ -35,7 +36,7 @@ def questions_of(run: Run) -> dict[tuple[int, int, int], list[dict[str, Any]]]:
     found: dict[tuple[int, int, int], list[dict[str, Any]]] = {}
     for row in run.attempts.to_dicts():
         for name in ("prompt", "answer"):
-            # Where a text was lost, its hash still says which one it was.
+            # Where a text is missing, its hash is shown instead.
             with contextlib.suppress(RunError):
                 row[name] = row[name] and run.text(row[name])
         found.setdefault((row["step"], row["team"], row["leader"]), []).append(_shown(row))
@@ -43,5 +44,5 @@ def questions_of(run: Run) -> dict[tuple[int, int, int], list[dict[str, Any]]]:
 
 
 def _shown(row: dict[str, Any]) -> dict[str, Any]:
-    """Without what the decision says itself."""
+    """A row without the columns of the decision itself."""
     return {name: value for name, value in row.items() if name not in KEY}

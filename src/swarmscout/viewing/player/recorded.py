@@ -1,4 +1,4 @@
-"""A recorded run as the player's data: a packet with its facts, and a block with all its steps."""
+"""A recorded run as the player's data: a packet with its facts, and one with all its steps."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.tables import CONTACTS
-from swarmscout.viewing.player.blocks import Block, pack_block, robot_columns, whole_numbers
 from swarmscout.viewing.player.packets import differences, pack
+from swarmscout.viewing.player.page_text import page_data, page_text
 from swarmscout.viewing.player.questions import questions_of
+from swarmscout.viewing.player.step_range import StepRange, pack_steps, robot_columns, whole_numbers
 from swarmscout.viewing.relief import Relief, relief_of
 from swarmscout.worlds.world import World
 
@@ -28,17 +29,17 @@ if TYPE_CHECKING:
 
     from swarmscout.recording.run import Run
 
-__all__ = ["block_of", "mission_packet", "player_data"]
+__all__ = ["mission_packet", "player_data", "steps_of"]
 
 
 def player_data(run: Run) -> bytes:
-    """Everything that the page shows of a run, gzipped.
+    """All that the page shows of a run, gzipped.
 
     Args:
         run: finished or not; recorded with ``full``, or with ``curves``, which has no robots.
 
     Raises:
-        RunError: steps were not recorded, or the world cannot be had back.
+        RunError: steps were not recorded, or the world cannot be loaded.
     """
     facts = {
         "finished": run.finished,
@@ -50,7 +51,7 @@ def player_data(run: Run) -> bytes:
         facts |= {"robots": 0, "own_maps": False}
     name = "run" if run.path is None else run.path.resolve().name
     packet = mission_packet(name, run.scenario, run.world(), run.frame, run.stations_m, facts)
-    return gzip.compress(packet + pack_block(block_of(run)), compresslevel=6, mtime=0)
+    return gzip.compress(packet + pack_steps(steps_of(run)), compresslevel=6, mtime=0)
 
 
 def mission_packet(
@@ -61,24 +62,24 @@ def mission_packet(
     stations_m: NDArray[np.float64],
     facts: Mapping[str, Any],
 ) -> bytes:
-    """The packet with what does not change during a mission.
+    """The packet with the facts that do not change during a mission.
 
     Args:
-        name: what the run is called.
-        scenario: what is run.
-        world: where.
+        name: of the run.
+        scenario: of the mission.
+        world: of the mission.
         frame: the map's frame.
         stations_m: float64[k, 2], charging stations.
-        facts: what else the page may show, plain data.
+        facts: further facts for the page, plain data.
     """
     relief = relief_of(world)
     arrays: dict[str, NDArray[Any]] = dict(_relief_arrays(relief))
     arrays["free"] = np.packbits((world.free != 0).ravel())
     return pack(
         {
-            "name": name,
-            "world": world.name,
-            "selector": scenario.destinations,
+            "name": page_text(name),
+            "world": page_text(world.name),
+            "selector": page_text(scenario.destinations),
             "seed": scenario.seed,
             "robots": scenario.robots,
             "planned_steps": scenario.steps,
@@ -101,14 +102,14 @@ def mission_packet(
                 "event": EVENTS,
                 "cause": CAUSES,
             },
-            **facts,
+            **page_data(facts),
         },
         arrays,
     )
 
 
-def block_of(run: Run) -> Block:
-    """All steps of a run as a block.
+def steps_of(run: Run) -> StepRange:
+    """All steps of a run.
 
     Raises:
         RunError: no step was recorded.
@@ -118,7 +119,7 @@ def block_of(run: Run) -> Block:
     steps, robots = run.steps, run.scenario.robots
     count = steps.height // robots
     if not count:
-        raise RunError(f"{run!r} holds no step yet: there is nothing to show")
+        raise RunError(f"{run!r} has no step yet: nothing to show")
 
     def column(name: str) -> NDArray[Any]:
         series = steps[name]
@@ -128,7 +129,7 @@ def block_of(run: Run) -> Block:
     changes, events, coverage = run.map_changes, run.events, run.coverage
     kinds = events["kind"].to_physical().to_numpy()
     rest = [events[name].to_numpy() for name in ("robot", "other", "value")]
-    return Block(
+    return StepRange(
         first=int(steps["step"][0]),
         columns={c.name: whole_numbers(c, column(c.name)) for c in robot_columns()},
         map_counts=np.bincount(changes["step"].to_numpy(), minlength=count),
@@ -140,7 +141,7 @@ def block_of(run: Run) -> Block:
     )
 
 
-def _without_robots(run: Run) -> Block:
+def _without_robots(run: Run) -> StepRange:
     """A run of which curves were recorded: its whole map appears in the last step."""
     coverage, last = run.coverage, run.last_step
     if last < 0:
@@ -148,7 +149,7 @@ def _without_robots(run: Run) -> Block:
     odds = run.map_at().ravel() if run.finished else np.zeros(run.frame.size, dtype=np.int32)
     cells = np.flatnonzero(odds)
     nothing = np.zeros((last + 1, 0), dtype=np.int64)
-    return Block(
+    return StepRange(
         first=0,
         columns={column.name: nothing for column in robot_columns()},
         map_counts=np.array([0] * last + [len(cells)]),
@@ -166,7 +167,7 @@ def _coverage(coverage: pl.DataFrame) -> dict[str, NDArray[np.float64]]:
 
 
 def _decisions(run: Run) -> list[dict[str, Any]]:
-    """Rows of ``decisions``, with what a language model was asked for them."""
+    """Rows of ``decisions``, with the requests to a language model for them."""
     rows = [_with_details(row) for row in run.decisions.to_dicts()]
     asked = questions_of(run)
     for row in rows:
@@ -178,7 +179,7 @@ def _decisions(run: Run) -> list[dict[str, Any]]:
 
 def _with_details(row: dict[str, Any]) -> dict[str, Any]:
     """A row of ``decisions`` whose details are data again."""
-    with contextlib.suppress(TypeError, ValueError):  # It can be shown as it stands, too.
+    with contextlib.suppress(TypeError, ValueError):  # Otherwise it is shown as text.
         row["details"] = json.loads(row["details"])
     return row
 
@@ -200,7 +201,7 @@ def _plain_frame(frame: GridFrame) -> dict[str, float]:
 
 
 def _relief_arrays(relief: Relief) -> dict[str, NDArray[Any]]:
-    """Heights in millimetres as differences along a row, shares in 255ths, 0 where nothing is."""
+    """Heights in millimetres as differences along a row, shares in 255ths, 0 outside."""
     height = np.rint(np.where(relief.shown, relief.ground_m, 0.0) * 1000.0).astype(np.int64)
     share = np.where(relief.shown, 1 + np.rint(relief.open_share * 254.0), 0).astype(np.uint8)
     return {

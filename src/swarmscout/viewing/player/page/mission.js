@@ -21,7 +21,7 @@ export class Mission {
     this.raster = { ...facts.raster, free: arrays.free };
 
     this.swarmMap = new MapHistory(facts);
-    this.beliefs = new Map(); // maps of single robots, as far as they were asked for
+    this.beliefs = new Map(); // maps of single robots, as far as they were requested
     this.shownMap = this.swarmMap; // the map that views show, at the step of `seek`
   }
 
@@ -29,7 +29,7 @@ export class Mission {
     return Math.max(0, this.steps - 1);
   }
 
-  /** Add a block; one that does not follow on what is here is left alone. Returns whether it was added. */
+  /** Add a range of steps, if it follows on the last step that is here. Returns whether it was added. */
   append({ facts, arrays }) {
     if (facts.first !== this.steps || !facts.steps) return false;
     const n = this.robots;
