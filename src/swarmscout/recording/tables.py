@@ -285,7 +285,7 @@ def check_level(level: str) -> str:
     """Return a recording level unchanged.
 
     Raises:
-        RunError: there is no such level.
+        RunError: the level does not exist.
     """
     if level not in LEVELS:
         near = did_you_mean(level, LEVELS)
