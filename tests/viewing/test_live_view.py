@@ -40,12 +40,12 @@ def test_news_follow_on_whatever_one_has():
     whole, _ = live.news(0, 0.0)
     ((facts, arrays),) = read(whole)
     assert facts["steps"] == 61
-    x = np.cumsum(np.vstack([arrays["x.first"], arrays["x.rest"].reshape(-1, 8)]), axis=0)
+    x = np.cumsum(np.vstack([arrays["x_m.first"], arrays["x_m.rest"].reshape(-1, 8)]), axis=0)
     for first in (0, 1, 37, 60):
         packet, after = live.news(first, 0.0)
         ((facts, arrays),) = read(packet)
         assert (facts["first"], facts["steps"], after) == (first, 61 - first, 61)
-        assert (arrays["x.first"] == x[first]).all()
+        assert (arrays["x_m.first"] == x[first]).all()
     assert live.news(61, 0.0) == (b"", 61)
 
 

@@ -177,7 +177,7 @@ def read_text(folder: Path, name: str) -> str:
         name: the text's hash. Anything else is refused: a table must not lead to other files.
 
     Raises:
-        RunError: there is no such text, or it is another one than its name says.
+        RunError: the text is missing, or its content does not match its name.
     """
     if not re.fullmatch(r"[0-9a-f]{16}", str(name)):
         raise RunError(f"run '{folder}' is damaged: {name!r} does not name a text")

@@ -29,7 +29,7 @@ def write_json(path: Path, data: Mapping[str, Any]) -> None:
 
 
 def read_json(path: Path, check: bool = True) -> dict[str, Any] | None:
-    """The object in a JSON file without its checksum, or None when there is no such file.
+    """The object in a JSON file without its checksum, or None when the file is missing.
 
     Args:
         path: the file.

@@ -68,11 +68,9 @@ class _Arrays:
 
 
 class _Step(NamedTuple):
-    """What is kept of a step beside its rows in arrays, and where those end in each table.
+    """What is kept of a step beside its rows in arrays, and where those end in each table."""
 
-    The mappings have the step's number under the empty name.
-    """
-
+    step: int
     coverage: Mapping[str, float | int]
     seconds: Mapping[str, float]
     decisions: Sequence[Decided]
@@ -130,8 +128,7 @@ class Chunk:
                 source = _LinkChanges(record.step, listener, speaker, hears)
             ends.append(arrays.put(end, source))
         decided = [Decided.of(decision, self._columns) for decision in record.decisions]
-        number = {"": record.step}
-        step = _Step(record.coverage | number, record.seconds | number, decided, ends)
+        step = _Step(record.step, record.coverage, record.seconds, decided, ends)
         self._links = links
         self._steps.append(step)
 
@@ -164,8 +161,10 @@ class Chunk:
             rows = [asked for row in decided for asked in Asked.of(row.decision, self._columns)]
         else:
             rows = [getattr(step, table.rows) for step in self._steps]
-        values = [list(map(column.source, rows)) for column in table.columns]
-        return [
-            pl.Series(column.name, value, dtype=types[column.name])
-            for column, value in zip(table.columns, values, strict=True)
-        ]
+        made = []
+        for column in table.columns:
+            # A mapping does not hold its step.
+            of_steps = column.name == "step" and table.rows in ("coverage", "seconds")
+            values = list(map(column.source, self._steps if of_steps else rows))
+            made.append(pl.Series(column.name, values, dtype=types[column.name]))
+        return made

@@ -92,7 +92,7 @@ class Run:
             path: the folder.
 
         Raises:
-            RunError: there is no run, or it is damaged, or a newer version wrote it.
+            RunError: the folder is not a run, is damaged, or was written in another format.
         """
         folder = as_path(path)
         facts = _facts_of(folder)
@@ -154,7 +154,7 @@ class Run:
         of REP 103 (positive pitch is nose down, positive roll is left side up).
 
         Raises:
-            RunError: steps were not recorded, or the world cannot be had back.
+            RunError: steps were not recorded, or the world cannot be loaded.
         """
         steps = self.steps.select("step", "robot", "x_m", "y_m", "heading_rad")
         heading = steps["heading_rad"].to_numpy()
@@ -250,7 +250,7 @@ class Run:
             int32[rows, cols] log-odds as read (saturated), in 1/1000 nat; 0 where no ray passed.
 
         Raises:
-            RunError: there is no such step or robot, or maps were not recorded.
+            RunError: the step or robot does not exist, or maps were not recorded.
         """
         last = self.last_step
         wanted = last if step is None else step
@@ -277,7 +277,7 @@ class Run:
         """The maps of some robots before the first step, to be advanced from step to step.
 
         Raises:
-            RunError: there is no such robot, or the robots' evidence was not recorded.
+            RunError: a robot does not exist, or the robots' evidence was not recorded.
         """
         for robot in robots:
             self.check_robot(robot)
@@ -290,7 +290,7 @@ class Run:
         """Check that the run has a robot of this number.
 
         Raises:
-            RunError: it has not.
+            RunError: the robot does not exist.
         """
         last = self.scenario.robots - 1
         if isinstance(robot, bool) or not isinstance(robot, int | np.integer):

@@ -63,8 +63,8 @@ def write_whole(path: Path, data: bytes, durable: bool = True, sweep: bool = Tru
         path: the file. data: its content.
         durable: wait until the disk has it, so that it survives a power cut too. That takes a
             millisecond or two, too much for the parts of a short mission.
-        sweep: remove what processes that died while writing this file have left behind; a run's
-            folder is new, and has nothing of the kind.
+        sweep: remove temporary files of processes that died while writing this file; a new run's
+            folder has none.
 
     Raises:
         RunError: the disk is full, or the folder cannot be written.
@@ -101,7 +101,7 @@ def leftovers(folder: Path, name: str | None = None) -> list[Path]:
                 os.kill(int(match[2]), 0)
             except ProcessLookupError:
                 found.append(folder / entry.name)
-            except OSError:  # It is alive, and somebody else's.
+            except OSError:  # It is alive and belongs to another user.
                 continue
     return found
 
@@ -266,7 +266,7 @@ def _member(path: Path, name: str) -> bytes:
         raise
     except OSError as error:
         raise RunError(f"cannot read '{path}': {error.strerror or error}") from None
-    except Exception:  # Of a damaged archive zipfile raises whatever its parsers do.
+    except Exception:  # zipfile passes on its parsers' errors.
         size = path.stat().st_size
         raise RunError(f"'{path}' is damaged: its '{name}' is not whole ({size} bytes)") from None
 
@@ -275,7 +275,7 @@ def _parsed(reader: Any, data: bytes, path: Path, table: str) -> pl.DataFrame:
     """A table out of a file's bytes.
 
     Raises:
-        RunError: it is no table, or one with other columns.
+        RunError: it is not a table, or it has other columns.
     """
     import polars as pl
 
@@ -308,6 +308,6 @@ def read_array(path: Path, name: str) -> NDArray[Any]:
         array: NDArray[Any] = np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)
     except MemoryError:
         raise
-    except Exception as error:  # NumPy raises whatever its parsers do.
+    except Exception as error:  # NumPy passes on its parsers' errors.
         raise RunError(f"'{path}' is damaged: its '{name}' is not an array: {error}") from None
     return array

@@ -112,11 +112,6 @@ def _step(path: str = "step") -> Column:
     return Column("step", "int32", "step", _STEP, attrgetter(path))
 
 
-def _number() -> Column:
-    """The step where rows are mappings: it stands under the empty name."""
-    return Column("step", "int32", "step", _STEP, itemgetter(""))
-
-
 def _of(name: str, kind: str | tuple[str, ...], unit: str, meaning: str, path: str = "") -> Column:
     """A column out of an attribute, by default the one of the same name."""
     return Column(name, kind, unit, meaning, attrgetter(path or name))
@@ -248,7 +243,7 @@ TABLES: dict[str, Table] = {
         "a row per step: what a clock measured",
         "seconds",
         (
-            _number(),
+            _step(),
             _key("step_s", "float64", "s", "the whole step", "step"),
             _key("decide_s", "float64", "s", "choosing destinations", "decide"),
         ),
@@ -257,7 +252,7 @@ TABLES: dict[str, Table] = {
         "a row per step: how far the swarm is",
         "coverage",
         (
-            _number(),
+            _step(),
             _key("explored_m2", "float64", "m²", "explored area, see the summary"),
             _key("explored_fraction", "float64", "1", "of the reachable area"),
             _key("known_cells", "int64", "cells", "free or occupied in the swarm's map"),
@@ -285,7 +280,7 @@ def check_level(level: str) -> str:
     """Return a recording level unchanged.
 
     Raises:
-        RunError: there is no such level.
+        RunError: the level does not exist.
     """
     if level not in LEVELS:
         near = did_you_mean(level, LEVELS)
