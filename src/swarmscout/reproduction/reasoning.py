@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -87,7 +88,8 @@ def reasoning(options: Options) -> list[Block]:
     shown = _candidates(facts)
     figure = Figure(figsize=(6.4, 5.6), layout="constrained")
     _draw(figure, view, facts, shown)
-    figure.suptitle(f"A decision {said_of(options)}", fontsize="small", parse_math=False)
+    title = textwrap.fill(f"A decision {said_of(options)}", 76)
+    figure.suptitle(title, fontsize="small", parse_math=False)
     return [
         Text(
             "**The paper:** the language model lists candidates, weighs nearness, other teams' "
