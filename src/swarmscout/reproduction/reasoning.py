@@ -22,6 +22,7 @@ from swarmscout.studies.report_elements import Block, Code, Picture, Table, Text
 from swarmscout.viewing.drawing import show_image
 from swarmscout.viewing.map_image import map_image, window_round
 from swarmscout.viewing.palette import LIGHT
+from swarmscout.viewing.player.page_text import page_text
 
 __all__ = ["reasoning"]
 
@@ -106,7 +107,7 @@ def reasoning(options: Options) -> list[Block]:
         ),
         _table(facts, shown),
         Text("The reason that the selector gave:"),
-        Code(choice.reason),
+        Code(page_text(choice.reason).replace("```", "'''")),
     ]  # fmt: skip
 
 

@@ -210,7 +210,10 @@ class Player {
     // Two missions are shown at the same scale.
     this.fitted = this.#windowOf(whole);
     for (const view of [...this.scenes, ...this.maps]) view.fit(this.fitted);
-    if (this.scenes.length > 1) this.scenes[1].copyCamera(this.scenes[0]);
+    if (this.scenes.length > 1) {
+      this.scenes[1].copyCamera(this.scenes[0]);
+      this.scenes[1].touched = false;
+    }
   }
 
   colourByTeam(on) {
