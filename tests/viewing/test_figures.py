@@ -35,12 +35,15 @@ def test_the_same_run_gives_the_same_bytes(run, tmp_path, form, begin):
 
 def test_rays_are_those_of_the_mission(run):
     mission = Mission(run.scenario)
-    scans = Scans(Replay(run))
+    scans, kept = Scans(Replay(run)), []
     for step in range(1, 56):  # Over the end of a block of noise.
         mission.step()
         if step in (1, 20, 50, 55):
             ranges, _, _ = scans.at(step)
             assert (ranges == mission.senses.ranges).all()
+            kept.append((ranges, ranges.copy()))
+    for ranges, copy in kept:  # A later scan does not change an earlier one.
+        assert (ranges == copy).all()
 
 
 def test_figures_show_the_run(run):

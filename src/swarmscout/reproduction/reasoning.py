@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,6 +22,7 @@ from swarmscout.studies.report_elements import Block, Code, Picture, Table, Text
 from swarmscout.viewing.drawing import show_image
 from swarmscout.viewing.map_image import map_image, window_round
 from swarmscout.viewing.palette import LIGHT
+from swarmscout.viewing.player.page_text import page_text
 
 __all__ = ["reasoning"]
 
@@ -87,7 +89,8 @@ def reasoning(options: Options) -> list[Block]:
     shown = _candidates(facts)
     figure = Figure(figsize=(6.4, 5.6), layout="constrained")
     _draw(figure, view, facts, shown)
-    figure.suptitle(f"A decision {said_of(options)}", fontsize="small", parse_math=False)
+    title = textwrap.fill(f"A decision {said_of(options)}", 76)
+    figure.suptitle(title, fontsize="small", parse_math=False)
     return [
         Text(
             "**The paper:** the language model lists candidates, weighs nearness, other teams' "
@@ -104,7 +107,7 @@ def reasoning(options: Options) -> list[Block]:
         ),
         _table(facts, shown),
         Text("The reason that the selector gave:"),
-        Code(choice.reason),
+        Code(page_text(choice.reason).replace("```", "'''")),
     ]  # fmt: skip
 
 

@@ -55,7 +55,7 @@ class Scans:
         bodies = place_bodies(before.place_m, heading, np.ones(len(heading)))
         bodies.alive[:] = before.alive
         ranges = self._senses.read(bodies, blank_minds(len(heading), shared=True), step)
-        return ranges, before.place_m, heading
+        return ranges.copy(), before.place_m, heading  # The buffer is reused in the next call.
 
 
 def sensor_fan(replay: Replay, step: int) -> Figure:

@@ -45,7 +45,7 @@ class Player {
     this.curves = new Curves($("curves"), this.missions, (step) => this.clock.goTo(step));
     this.decisions = new Decisions($("decisions"), $("note"), this.mission, (robot) => this.select(robot));
     this.legend = new Legend($("legend"));
-    this.showLegend(window.innerWidth >= 1000);
+    this.showLegend(window.innerWidth >= 1000 && this.missions.length < 2); // Two missions leave no room.
     this.timeline = new Timeline($("line"), this.mission, this.clock);
     for (const view of [...this.maps, ...this.scenes]) {
       hearPointer(this, view);
@@ -210,7 +210,10 @@ class Player {
     // Two missions are shown at the same scale.
     this.fitted = this.#windowOf(whole);
     for (const view of [...this.scenes, ...this.maps]) view.fit(this.fitted);
-    if (this.scenes.length > 1) this.scenes[1].copyCamera(this.scenes[0]);
+    if (this.scenes.length > 1) {
+      this.scenes[1].copyCamera(this.scenes[0]);
+      this.scenes[1].touched = false;
+    }
   }
 
   colourByTeam(on) {
