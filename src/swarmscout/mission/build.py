@@ -71,6 +71,7 @@ __all__ = [
     "make_motion",
     "make_planner",
     "make_radio",
+    "make_rule",
     "make_sensing",
     "return_reserve",
 ]
@@ -275,7 +276,7 @@ def make_destinations(
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
     """
     name = scenario.destinations
-    rule = _fitting(selector or SELECTORS.make(name, scenario.selector, base), scenario)
+    rule = _fitting(selector, scenario) if selector else make_rule(scenario, base)
     setting = Setting(
         scenario.seed,
         scenario.robots,
@@ -286,6 +287,15 @@ def make_destinations(
         scenario.teams.position == "center",
     )
     return Destinations(rule, rule_name(name), scenario.renewal, scenario.teams, setting)
+
+
+def make_rule(scenario: Scenario, base: Path | None) -> Selector:
+    """The selector that a scenario names, its prompts short enough for the model that is asked.
+
+    Raises:
+        SelectorError: there is no such selector, or it does not take the scenario's parameters.
+    """
+    return _fitting(SELECTORS.make(scenario.destinations, scenario.selector, base), scenario)
 
 
 def make_radio(
