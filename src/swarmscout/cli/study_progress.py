@@ -84,16 +84,15 @@ class StudyProgress:
 
     def _table(self) -> Any:
         from rich.table import Table
-        from rich.text import Text  # Names and labels are text: "[/x]" in one is not markup.
 
-        table = Table(title=Text(self._line()), title_justify="left", box=None, padding=(0, 2))
+        table = Table(title=self._line(), title_justify="left", box=None, padding=(0, 2))
         for name in (self._axis, "missions", "explored m²", f"times {self._baseline}, so far"):
-            table.add_column(Text(name), justify="left" if name == self._axis else "right")
+            table.add_column(name, justify="left" if name == self._axis else "right")
         for label, area in self._known.areas.items():
             ratio = self._known.ratios[label]
             spread = f" ± {ratio.error:.2f}" if ratio.n > 1 else ""
             table.add_row(
-                Text(label),
+                label,
                 str(area.n),
                 f"{area.mean:.1f}" if area.n else "",
                 f"{ratio.mean:.2f}{spread}" if ratio.n else "",
