@@ -45,7 +45,8 @@ def sensor(options: Options) -> list[Block]:
             f"**The paper:** a robot of 0.3 m with nine rays, 70° to the left and right, at most "
             f"1 m long. **Here:** {len(ranges)} rays over "
             f"±{360.0 * scan.directions.max() / TICKS:g}°, {scan.max_range_m:g} m, a robot of "
-            f"{2 * scenario.body.radius_m:g} m; one scan of a mission in `{run.world().name}` (seed {scenario.seed}), in which "
+            f"{2 * scenario.body.radius_m:g} m; one scan of a mission in "
+            f"`{run.world().name}` (seed {scenario.seed}), in which "
             f"{int(np.isfinite(ranges).sum())} rays met a wall."
         ),
         Picture(
