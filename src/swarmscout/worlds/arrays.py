@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.resampling import check_length, check_size, refined
-from swarmscout.worlds.world import World
+from swarmscout.worlds.world import World, raster_digest
 
 __all__ = ["load_array", "with_places", "world_from_array", "world_from_ascii"]
 
@@ -64,21 +64,22 @@ def world_from_array(
     if stations_m is not None and len(np.asarray(stations_m)):
         stations = _points("stations_m", stations_m)
     start = None if start_m is None else _point("start_m", start_m)
-    world = World(
+    place = _point("origin_m", origin_m)
+    # The digest tells later whether the raster is still the one that the source describes.
+    facts = {"file": "an array in memory"} if source is None else dict(source)
+    facts["digest"] = raster_digest(raster, float(resolution_m), place)
+    return World(
         name=name,
         free=raster,
         resolution_m=float(resolution_m),
-        origin_m=_point("origin_m", origin_m),
+        origin_m=place,
         start_m=start,
         stations_m=stations,
         ground_m=ground_m,
         ceiling_m=ceiling_m,
         mesh=mesh,
+        source=facts,
     )
-    # The digest is a fact about the finished world, so it joins what is said about its source.
-    facts = {"file": "an array in memory"} if source is None else dict(source)
-    object.__setattr__(world, "source", {**facts, "digest": world.digest})
-    return world
 
 
 def world_from_ascii(

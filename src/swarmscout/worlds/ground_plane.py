@@ -64,10 +64,9 @@ def without_steep(world: World, slope_deg: float, radius_m: float) -> World:
     """
     if world.ground_m is None or slope_deg >= 90.0:
         return world
-    key = ("without steep", slope_deg, radius_m)
-    if key not in world.derived:
-        world.derived[key] = _without_steep(world, slope_deg, radius_m)
-    changed: World | None = world.derived[key]
+    changed = world.once(
+        ("without steep", slope_deg, radius_m), lambda: _without_steep(world, slope_deg, radius_m)
+    )
     return world if changed is None else changed
 
 

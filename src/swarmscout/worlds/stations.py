@@ -55,7 +55,9 @@ def derive_stations(world: World, count: int) -> NDArray[np.float64]:
                 continue
             found = _nearest_apart(roomy, apart_m / world.resolution_m, count)
             if len(found) == count:
-                return world.frame.centres_of(np.array(found))
+                stations = world.frame.centres_of(np.array(found))
+                stations.setflags(write=False)
+                return stations
     raise WorldError(
         f"world '{world.name}' has room for {len(found)} charging stations, {count} are needed; "
         "take fewer robots or a larger world, or set the stations by hand"

@@ -21,7 +21,7 @@ from swarmscout.worlds.passages import Passage
 from swarmscout.worlds.tube_maze import plan_maze
 from swarmscout.worlds.tube_parameters import TubeParameters
 from swarmscout.worlds.tube_plan import plan_tube
-from swarmscout.worlds.world import World
+from swarmscout.worlds.world import World, raster_digest
 
 __all__ = [
     "LOWEST_M",
@@ -96,18 +96,21 @@ def generate_tube(parameters: TubeParameters, name: str = "tube") -> World:
     fields = tube_fields(parameters)
     for raster in (fields.free, fields.ground_m, fields.ceiling_m):
         raster.setflags(write=False)
-    world = World(
+    origin_m = (0.0, 0.0)
+    digest = raster_digest(fields.free, parameters.resolution_m, origin_m)
+    return World(
         name=name,
         free=fields.free,
         resolution_m=parameters.resolution_m,
-        origin_m=(0.0, 0.0),
+        origin_m=origin_m,
         start_m=fields.start_m,
         ground_m=fields.ground_m,
         ceiling_m=fields.ceiling_m,
-    )
-    source = {"generator": "lava-tube", "rules": RULES, **dataclasses.asdict(parameters)}
-    object.__setattr__(world, "source", {**source, "digest": world.digest})
-    return world
+        source={
+            "generator": "lava-tube", "rules": RULES, **dataclasses.asdict(parameters),
+            "digest": digest,
+        },
+    )  # fmt: skip
 
 
 def tube_fields(parameters: TubeParameters) -> TubeFields:

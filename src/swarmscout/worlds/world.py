@@ -7,10 +7,10 @@ rasters is wall.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,9 @@ from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.meshes.mesh import Mesh
 
-__all__ = ["World"]
+__all__ = ["World", "raster_digest"]
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +39,8 @@ class World:
         ground_m: float32[rows, cols] height of the ground, or None for a flat floor at 0.
         ceiling_m: float32[rows, cols] height of the ceiling, or None for open sky.
         mesh: the cave's surface in 3D, for exact sensing, or None.
-        source: where it came from: generator and parameters, or file; with the ``digest``.
-        derived: what other modules of this room worked out of this world and keep with it (a world
-            does not change); nobody else looks in here.
+        source: where it came from: generator and parameters, or file, and the ``digest`` of the
+            raster then. ``notes`` says what a reader decided that a user should know.
     """
 
     name: str
@@ -52,7 +53,7 @@ class World:
     ceiling_m: NDArray[np.float32] | None = field(default=None, repr=False)
     mesh: Mesh | None = field(default=None, repr=False)
     source: Mapping[str, Any] = field(default_factory=dict)
-    derived: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+    _memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Freeze the raster and take places as floats: a world does not change.
@@ -87,8 +88,20 @@ class World:
         return numbers
 
     def __getstate__(self) -> dict[str, Any]:
-        """What a copy in another process needs: not what can be derived again."""
-        return {**self.__dict__, "derived": {}}
+        """What a copy in another process needs: not what can be computed again."""
+        return {**self.__dict__, "_memo": {}}
+
+    def once(self, key: Hashable, compute: Callable[[], T]) -> T:
+        """A value that depends on this world alone, computed on first use and kept with it.
+
+        Args:
+            key: names the value and the parameters that it depends on.
+            compute: returns the value; it is not called again for the same key.
+        """
+        if key not in self._memo:
+            self._memo[key] = compute()
+        value: T = self._memo[key]
+        return value
 
     @property
     def frame(self) -> GridFrame:
@@ -104,9 +117,22 @@ class World:
     @cached_property
     def digest(self) -> str:
         """SHA-256 (hexadecimal) of the free raster and where it lies."""
-        place = f"{self.free.shape} {self.resolution_m!r} {self.origin_m[0]!r} {self.origin_m[1]!r}"
-        packed = np.packbits(np.ascontiguousarray(self.free) != 0)
-        return hashlib.sha256(place.encode() + packed.tobytes()).hexdigest()
+        return raster_digest(self.free, self.resolution_m, self.origin_m)
+
+
+def raster_digest(
+    free: NDArray[np.uint8], resolution_m: float, origin_m: tuple[float, float]
+) -> str:
+    """SHA-256 (hexadecimal) of a free raster and where it lies.
+
+    Args:
+        free: uint8[rows, cols].
+        resolution_m: edge of a cell, in metres.
+        origin_m: ``(x, y)`` of the lower left corner, in metres.
+    """
+    place = f"{free.shape} {resolution_m!r} {origin_m[0]!r} {origin_m[1]!r}"
+    packed = np.packbits(np.ascontiguousarray(free) != 0)
+    return hashlib.sha256(place.encode() + packed.tobytes()).hexdigest()
 
 
 def _is_frozen(array: NDArray[Any]) -> bool:

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.arrays import world_from_array
-from swarmscout.worlds.meshes.alignment import Framed, framed
+from swarmscout.worlds.meshes.alignment import Framed, framed, with_ground
 from swarmscout.worlds.meshes.cleaning import Cleaned, cleaned
-from swarmscout.worlds.meshes.drivable import Drivable, drivable
+from swarmscout.worlds.meshes.drivable import Drivable, check_not_inside_walls, drivable
 from swarmscout.worlds.meshes.files import read_mesh_file
 from swarmscout.worlds.meshes.flood_fill import Flooded, flooded
 from swarmscout.worlds.meshes.level_selection import Chosen, choose
@@ -43,6 +43,8 @@ _RESOLUTION_M = 0.1
 _SMALL_M, _LONG_M, _USUAL_M = 2.0, 1000.0, 30.0
 """A place for robots of 0.3 m that is smaller or larger may be given in another unit."""
 _ABSURD_M = 1e9
+_ROOF_M, _FLAT_M = 1.8, 0.1
+"""A level floor so high above everything else may be the top of a building's roof."""
 Progress = Callable[[str, float], None]
 
 
@@ -55,6 +57,7 @@ def import_mesh(
     roof: bool | None = None,
     resolution_m: float | None = None,
     step_height_m: float | None = None,
+    ground_m: float | str | None = None,
     progress: Progress | None = None,
 ) -> World:
     """Make a world of a cave's mesh.
@@ -64,14 +67,17 @@ def import_mesh(
 
     Args:
         path: an OBJ, STL, PLY, GLB, glTF, DAE or OFF file.
-        up: ``"z"`` or ``"y"``, the mesh's own axis that points up; None: guessed from its surfaces.
+        up: ``"z"``, ``"y"`` or ``"x"``, the axis of the mesh that points up; None: guessed from its
+            surfaces.
         scale: metres per unit of the file; None: as the file says, or else 1.
         start_m: ``(x, y)`` or ``(x, y, z)`` in metres, in the mesh's frame with z up; None: a roomy
             place of the largest floor.
         roof: whether floor must lie under a ceiling; None: found out.
         resolution_m: edge of a raster cell; None for 0.1.
         step_height_m: most difference in height between neighbouring cells; None for 0.15.
-        progress: is told what is being done and the share that is done of it, 0 to 1.
+        ground_m: height of a level ground that is added under a mesh without a floor, in metres in
+            the mesh's frame with z up; ``"lowest"`` for its lowest point; None: nothing is added.
+        progress: called with the present stage and the share of it that is done, 0 to 1.
 
     Returns:
         The world: rasters of free cells, ground and ceiling, a start, the mesh in the world's
@@ -87,7 +93,7 @@ def import_mesh(
     """
     return import_mesh_with_report(
         path, up=up, scale=scale, start_m=start_m, roof=roof, resolution_m=resolution_m,
-        step_height_m=step_height_m, progress=progress,
+        step_height_m=step_height_m, ground_m=ground_m, progress=progress,
     )[0]  # fmt: skip
 
 
@@ -100,6 +106,7 @@ def import_mesh_with_report(
     roof: bool | None = None,
     resolution_m: float | None = None,
     step_height_m: float | None = None,
+    ground_m: float | str | None = None,
     progress: Progress | None = None,
 ) -> tuple[World, ImportReport]:
     """The same as :func:`import_mesh`, with a report of what was found, decided and left out."""
@@ -118,39 +125,53 @@ def import_mesh_with_report(
     clean = cleaned(file.vertices, file.triangles)
     _check_rest(path, len(file.triangles), clean)
     frame_of = framed(file, clean.vertices, clean.triangles, up, scale)
-    sha256 = file.sha256
+    triangles = clean.triangles
+    if ground_m is not None:
+        frame_of, triangles = with_ground(frame_of, triangles, ground_m)
+    sha256, crossing = file.sha256, file.crossing
     del file
     frame, corners = _raster(path, frame_of, cell_m)
     if start is not None:
         start = tuple(part - off for part, off in zip(start, frame_of.offset_m, strict=False))
 
-    spans = find_spans(
-        corners, clean.triangles, frame, CLEARANCE_M, lambda share: say("cutting columns", share)
-    )
-    if not len(spans.cell):
-        raise WorldError(
-            f"mesh '{path}': no floor that can be driven: {spans.hit:,} columns meet a surface, "
-            f"and none has {CLEARANCE_M:g} m of room over a floor{_hint(frame_of)}"
-        )
-    walls = find_walls(
-        corners, clean.triangles, frame, CLEARANCE_M, lambda share: say("finding walls", share)
-    )
-    del corners
-    say("flooding", 0.0)
-    links = link(spans, walls, frame, step_m, CLEARANCE_M)
-    del walls
     try:
+        spans = find_spans(
+            corners, triangles, frame, CLEARANCE_M, lambda share: say("cutting columns", share)
+        )
+        if not len(spans.cell):
+            raise WorldError(
+                f"no floor that can be driven: {spans.hit:,} columns meet a surface, and none has "
+                f"{CLEARANCE_M:g} m of room over a floor"
+                + (
+                    "; a building without a floor needs a ground (--ground-plane)"
+                    * (ground_m is None)
+                )
+            )
+        walls = find_walls(
+            corners, triangles, frame, CLEARANCE_M, lambda share: say("finding walls", share)
+        )
+        del corners
+        say("flooding", 0.0)
+        links = link(spans, walls, frame, step_m, CLEARANCE_M)
+        del walls
         chosen = choose(spans, links, frame, roof, start)
         say("flooding", 0.5)
         reached = flooded(spans, links, frame, chosen.members, chosen.start, chosen.roof)
         del links
         say("finding the ground", 0.0)
         floor = drivable(reached, chosen.roof, start)
+        if roof is None and start is None:
+            check_not_inside_walls(spans, frame, floor)
     except WorldError as error:
         raise WorldError(f"mesh '{path}': {error}{_moved(frame_of)}{_hint(frame_of)}") from None
-    mesh = Mesh(frame_of.vertices_m.astype(np.float32), clean.triangles)
+    mesh = Mesh(frame_of.vertices_m.astype(np.float32), triangles)
     origin = reached.frame.origin_x_m, reached.frame.origin_y_m
     source = _source(path, sha256, frame_of, cell_m, step_m, chosen.roof)
+    if ground_m is not None:
+        source["ground_m"] = ground_m
+    notes = _notes(crossing, floor, frame_of)
+    if notes:
+        source["notes"] = "; ".join(notes)
     world = world_from_array(
         floor.free,
         cell_m,
@@ -165,7 +186,23 @@ def import_mesh_with_report(
     say("measuring", 0.0)
     report = _report(path, world, clean, frame_of, spans, reached, chosen, floor, start is None)
     say("measuring", 1.0)
-    return world, dataclasses.replace(report, seconds=time.perf_counter() - began)
+    seconds = time.perf_counter() - began
+    return world, dataclasses.replace(report, notes=notes, seconds=seconds)
+
+
+def _notes(crossing: int, floor: Drivable, at: Framed) -> tuple[str, ...]:
+    """What a user should know, because it may not be what was meant."""
+    notes = []
+    if crossing:
+        notes.append(f"{crossing:,} polygons cross themselves: their surface is ambiguous")
+    heights = floor.ground_m[floor.free]
+    above = float(np.median(heights)) - float(at.vertices_m[:, 2].min())
+    if floor.ceiling_m is None and above > _ROOF_M and float(np.std(heights)) < _FLAT_M:
+        notes.append(
+            f"the floor is level and {above:.1f} m above the lowest point of the mesh: if it is "
+            "the top of a roof, add the ground under it (--ground-plane)"
+        )
+    return tuple(notes)
 
 
 def _silent(_: str, __: float) -> None:
@@ -335,5 +372,4 @@ def _report(
         left_out_m2=left_out,
         start_m=(*floor.start_m, float(floor.ground_m[world.frame.cell_of(*floor.start_m)])),
         start_proposed=proposed,
-        seconds=0.0,
     )

@@ -32,6 +32,7 @@ class ImportReport:
         left_out_m2: why floor is not free → its area.
         start_m: ``(x, y, z)`` in the world's frame, on the ground.
         start_proposed: whether the start was found rather than given.
+        notes: what a user should know, because it may not be what was meant.
         seconds: how long the import took.
     """
 
@@ -47,7 +48,8 @@ class ImportReport:
     left_out_m2: dict[str, float]
     start_m: tuple[float, float, float]
     start_proposed: bool
-    seconds: float = field(compare=False)
+    notes: tuple[str, ...] = ()
+    seconds: float = field(default=0.0, compare=False)
 
     def lines(self) -> list[str]:
         """The report for people, a line for each thing."""
@@ -69,6 +71,7 @@ class ImportReport:
             f"passages: half of the floor is in those narrower than {usual:.1f} m, 5 % below "
             f"{narrow:.1f} m, 5 % above {wide:.1f} m",
             f"start: {x:.2f},{y:.2f},{z:.2f} m ({how})",
+            *(f"note: {note}" for note in self.notes),
             f"time: {self.seconds:.1f} s",
         ]
 

@@ -124,17 +124,31 @@ def _link(  # type: ignore[no-untyped-def]
     cell, floor, ceiling, first, offset, keys, bottom, top, mine, wall, key, step, clearance
 ):
     """For each span the one over there that one can drive onto, and the wall between if any."""
+    last_low, last_wall = np.int64(0), np.int64(0)
     to = np.full(len(cell), -1, dtype=np.int32)
     walled = np.zeros(len(cell), dtype=np.int8)
     for span in range(len(cell)):
-        other = first[span]
+        low, at = first[span], wall[span]
+        if span > 0 and cell[span - 1] == cell[span]:
+            # A cell's spans are sorted by height: what lay too low for the last one still does.
+            low, at = last_low, last_wall
+        while low < len(cell) and cell[low] == cell[span] + offset:
+            if floor[low] >= floor[span] - step - 1e-3:
+                break
+            low += 1
+        while at < len(keys) and keys[at] == key[span] and top[at] <= floor[span] + step:
+            at += 1
+        last_low, last_wall = low, at
+        other = low
         while other < len(cell) and cell[other] == cell[span] + offset:
+            if floor[other] > floor[span] + step + 1e-3:
+                break
             level = max(floor[span], floor[other])
             lid = min(ceiling[span], ceiling[other])
             near = abs(floor[span] - floor[other]) <= step
             if near and lid - level >= clearance - 1e-6:
                 between = _wall_between(
-                    keys, bottom, top, mine, wall[span], key[span], level + step, level + clearance
+                    keys, bottom, top, mine, at, key[span], level + step, level + clearance
                 )
                 if between == 0:
                     to[span] = other

@@ -27,6 +27,8 @@ FACES_AIR = 1
 FACES_ROCK = 2
 """A span's flag: both its surfaces are wound the other way round."""
 _MOST_SPANS = 60_000_000
+_MOST_SURFACES = 200
+"""Surfaces above a cell, on average over a tile: a mesh with more of them is stacked copies."""
 _TOLERANCE = 1e-7
 """In cells: so near to an edge a centre lies on both triangles that share it."""
 
@@ -79,11 +81,19 @@ def find_spans(
         progress(done)
         counts = np.zeros(TILE * TILE, dtype=np.int64)
         _meet(corners, triangles, members, row, col, counts, np.empty(0), np.empty(0, np.uint8))
+        touched = int(np.count_nonzero(counts))
+        if counts.sum() > _MOST_SURFACES * max(touched, TILE):
+            fullest = int(np.argmax(counts))
+            x, y = frame.centre_of(row + fullest // TILE, col + fullest % TILE)
+            raise WorldError(
+                f"{counts[fullest]:,} surfaces or more lie one above the other at ({x:.1f}, "
+                f"{y:.1f}) m: not a cave or a building; remove stacked copies"
+            )
         ends = np.cumsum(counts)
         met = int(ends[-1])
         if not met:
             continue
-        hit += int(np.count_nonzero(counts))
+        hit += touched
         heights = np.empty(met, dtype=np.float64)
         upward = np.empty(met, dtype=np.uint8)
         places = ends - counts
@@ -134,9 +144,14 @@ def _meet(corners, triangles, members, top, left, places, heights, upward):  # t
     """Where the columns of a tile meet triangles: count (no heights), or fill in and move places.
 
     places: int64[TILE * TILE], counts or the next place to write to, by column of the tile.
+
+    Counting ends early where there is far too much to count.
     """
     fill = len(heights) > 0
+    total = 0
     for member in members:
+        if not fill and total > _MOST_SURFACES * TILE * TILE:
+            return
         a, b, c = triangles[member, 0], triangles[member, 1], triangles[member, 2]
         au, av, az = corners[a, 0], corners[a, 1], corners[a, 2]
         bu, bv, bz = corners[b, 0], corners[b, 1], corners[b, 2]
@@ -166,6 +181,7 @@ def _meet(corners, triangles, members, top, left, places, heights, upward):  # t
                     heights[places[column]] = min(max(z, lowest), highest)
                     upward[places[column]] = 1 if twice > 0.0 else 0
                 places[column] += 1
+                total += 1
 
 
 @kernel
@@ -179,7 +195,11 @@ def _spans(  # type: ignore[no-untyped-def]
             continue
         end = ends[column]
         begin = end - counts[column]
-        for one in range(begin + 1, end):
+        if end - begin > 64:
+            order = np.argsort(heights[begin:end], kind="mergesort")
+            heights[begin:end] = heights[begin:end][order]
+            upward[begin:end] = upward[begin:end][order]
+        for one in range(begin + 1, end):  # Few surfaces, or sorted already.
             z, up = heights[one], upward[one]
             at = one
             while at > begin and heights[at - 1] > z:

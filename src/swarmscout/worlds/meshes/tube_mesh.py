@@ -108,10 +108,7 @@ def generated_mesh(world: World) -> Mesh | None:
     source = world.source
     if source.get("generator") != "lava-tube" or source.get("digest") != world.digest:
         return None
-    if "mesh" not in world.derived:
-        world.derived["mesh"] = tube_mesh(TubeParameters.of(source))
-    made: Mesh = world.derived["mesh"]
-    return made
+    return world.once("mesh", lambda: tube_mesh(TubeParameters.of(source)))
 
 
 def _facing_open(surface: Triangles) -> Triangles:
