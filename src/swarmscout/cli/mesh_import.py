@@ -23,6 +23,7 @@ def world_of_mesh(
     roof: bool | None,
     resolution_m: float | None,
     step_height_m: float | None,
+    ground_m: float | str | None,
 ) -> World:
     """Import a mesh, show how it goes on, and print the report."""
     from swarmscout.cli.compiling import uncompiled_kernels
@@ -34,7 +35,7 @@ def world_of_mesh(
     with stages() as show:
         world, report = import_mesh_with_report(
             file, up=up, scale=scale, start_m=start_m, roof=roof, resolution_m=resolution_m,
-            step_height_m=step_height_m, progress=show,
+            step_height_m=step_height_m, ground_m=ground_m, progress=show,
         )  # fmt: skip
     for line in report.lines():
         print(line)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.resampling import check_length, check_size, refined
+from swarmscout.worlds.values import free_by_value
 from swarmscout.worlds.world import World, raster_digest
 
 __all__ = ["load_array", "with_places", "world_from_array", "world_from_ascii"]
@@ -52,7 +53,8 @@ def world_from_array(
         The world, with read-only rasters.
 
     Raises:
-        WorldError: the array is no raster of 0 and 1, nothing is free, or a number is impossible.
+        WorldError: the array is not a raster of 0 and 1, nothing is free, or a number is
+            impossible.
 
     Example:
         >>> world_from_array([[1, 1], [0, 1]], resolution_m=0.5).extent
@@ -163,16 +165,25 @@ def with_places(
     return dataclasses.replace(world, **changes) if changes else world
 
 
-def load_array(path: Path, cell_m: float | None, resolution_m: float | None) -> World:
+def load_array(
+    path: Path,
+    cell_m: float | None,
+    resolution_m: float | None,
+    free: str | None = None,
+    occupied: str | None = None,
+) -> World:
     """A world from a ``.npy`` file: a raster of 0 and 1, row 0 the lowest.
 
     Args:
         path: the file.
         cell_m: edge of a cell, in metres; None for 0.1.
         resolution_m: as for :func:`swarmscout.worlds.resampling.refined`.
+        free: values that are free instead of 1, as for
+            :func:`swarmscout.worlds.values.free_by_value`.
+        occupied: values that are not free.
 
     Raises:
-        WorldError: the file is missing or broken, or no raster of 0 and 1.
+        WorldError: the file is missing or damaged, or holds other values than 0 and 1.
     """
     cell = 0.1 if cell_m is None else cell_m
     check_length("cell_m", cell)
@@ -183,8 +194,19 @@ def load_array(path: Path, cell_m: float | None, resolution_m: float | None) -> 
         array = np.array(mapped)
     except (OSError, ValueError, EOFError, SyntaxError, OverflowError) as error:
         raise WorldError(f"cannot read the array '{path}': {_first_line(error)}") from None
-    free, edge = refined(_raster(array, path.stem), cell, resolution_m)
-    return world_from_array(free, edge, name=path.stem, source={"file": path.name, "cell_m": cell})
+    facts: dict[str, Any] = {"file": path.name, "cell_m": cell}
+    if free is not None or occupied is not None:
+        if array.dtype.kind not in "buif" or array.ndim != 2:
+            raise WorldError(
+                f"'{path}' holds {array.dtype}{list(array.shape)}, expected numbers in rows and "
+                "columns"
+            )
+        array = free_by_value(array, free, occupied)
+        facts |= {"free": free, "occupied": occupied}
+    else:
+        facts["meaning"] = "1 is free"
+    raster, edge = refined(_raster(array, path.stem), cell, resolution_m)
+    return world_from_array(raster, edge, name=path.stem, source=facts)
 
 
 def _first_line(error: Exception) -> str:
@@ -197,16 +219,17 @@ def _raster(free: ArrayLike, name: str) -> NDArray[np.uint8]:
     array = np.asarray(free)
     if array.dtype.kind not in "bui":
         raise WorldError(
-            f"world '{name}': free has dtype {array.dtype}, expected booleans or whole numbers "
-            "0 and 1; apply a threshold first"
+            f"world '{name}': free has dtype {array.dtype}, expected booleans or whole numbers, 1 "
+            "where free; apply a threshold first, or say which values of a file are free (--free)"
         )
     if array.ndim != 2 or not array.size:
         raise WorldError(f"world '{name}': free has shape {array.shape}, expected (rows, columns)")
     check_size(array.shape, f"world '{name}'")
     if array.dtype.kind != "b" and (int(array.max()) > 1 or int(array.min()) < 0):
         raise WorldError(
-            f"world '{name}': free holds numbers from {array.min()} to {array.max()}, expected "
-            "0 (wall) and 1 (free); give `array > threshold`"
+            f"world '{name}': free holds numbers from {array.min()} to {array.max()}, expected 1 "
+            "where free and 0 elsewhere: if high values are wall, give `array < 50`, or --free "
+            "0..49 for a file"
         )
     raster = np.array(array, dtype=np.uint8, order="C")
     if not raster.any():

@@ -111,7 +111,7 @@ def load_folder(folder: Path | str) -> World:
         fill = {str(name): float(height) for name, height in facts.get("fill_m", {}).items()}
         if not isinstance(source, Mapping) or rows < 1 or columns < 1:
             raise ValueError("rows, columns or source is impossible")
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         why = f"key {error} is missing" if isinstance(error, KeyError) else str(error)
         raise WorldError(f"'{home / WORLD_FILE}' is damaged: {why}") from None
     check_size((rows, columns), f"'{home / WORLD_FILE}'")
@@ -178,8 +178,9 @@ def _facts(path: Path) -> dict[str, Any]:
         raise WorldError(f"'{path.parent}' is no world folder: it has no {path.name}") from None
     except OSError as error:
         raise WorldError(f"cannot read '{path}': {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise WorldError(f"'{path}' is damaged: {str(error).splitlines()[0]}") from None
+    except (ValueError, RecursionError) as error:
+        why = str(error).splitlines()[0][:160] if str(error) else "too many nested brackets"
+        raise WorldError(f"'{path}' is damaged: {why}") from None
     if facts.get("format") != _FORMAT:
         raise WorldError(
             f"'{path}': format = {facts.get('format')!r}, expected {_FORMAT}: it was written by "
