@@ -258,7 +258,7 @@ def test_y_up_is_seen_by_the_surfaces_and_can_be_said(made):
         np.testing.assert_array_equal(world.free, upright.free)
         assert world.origin_m == upright.origin_m
     assert "as asked" in report.decisions["up axis"]
-    one_line("up = 'x': expected 'z' or 'y'", made, turned, up="x")
+    one_line("up = 'w': expected 'z', 'y' or 'x'", made, turned, up="w")
 
 
 def test_far_coordinates_are_shifted_and_it_is_said(tmp_path):

@@ -2,6 +2,7 @@
 
 from swarmscout.testing.check_policy import PolicyReport, check_policy
 from swarmscout.testing.check_selector import SelectorReport, check_selector
+from swarmscout.testing.check_world_reader import WorldReaderReport, check_world_reader
 from swarmscout.testing.situations import Situation, leader_view, situations
 from swarmscout.testing.small_worlds import small_world
 
@@ -9,8 +10,10 @@ __all__ = [
     "PolicyReport",
     "SelectorReport",
     "Situation",
+    "WorldReaderReport",
     "check_policy",
     "check_selector",
+    "check_world_reader",
     "leader_view",
     "situations",
     "small_world",

@@ -14,7 +14,7 @@ from swarmscout.core.errors import WorldError
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.resampling import check_length, check_size, refined
 from swarmscout.worlds.values import free_by_value
-from swarmscout.worlds.world import World, raster_digest
+from swarmscout.worlds.world import World, raster_digest, shown
 
 __all__ = ["load_array", "with_places", "world_from_array", "world_from_ascii"]
 
@@ -243,14 +243,14 @@ def _raster(free: ArrayLike, name: str) -> NDArray[np.uint8]:
 def _point(name: str, given: ArrayLike) -> tuple[float, float]:
     point = _floats(given)
     if point.shape != (2,) or not np.isfinite(point).all():
-        raise WorldError(f"{name} = {given!r}: expected finite x, y in metres")
+        raise WorldError(f"{name} = {shown(given)}: expected finite x, y in metres")
     return float(point[0]), float(point[1])
 
 
 def _points(name: str, given: ArrayLike) -> NDArray[np.float64]:
     points = _floats(given)
     if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
-        raise WorldError(f"{name} = {given!r}: expected pairs of finite x, y in metres")
+        raise WorldError(f"{name} = {shown(given)}: expected pairs of finite x, y in metres")
     points.setflags(write=False)
     return points
 
@@ -258,5 +258,5 @@ def _points(name: str, given: ArrayLike) -> NDArray[np.float64]:
 def _floats(given: ArrayLike) -> NDArray[np.float64]:
     try:
         return np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return np.empty(0)

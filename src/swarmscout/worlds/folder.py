@@ -24,7 +24,7 @@ from swarmscout.core.errors import WorldError
 from swarmscout.worlds.arrays import world_from_array
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.resampling import check_size
-from swarmscout.worlds.world import World
+from swarmscout.worlds.world import World, shown
 
 __all__ = ["WORLD_FILE", "load_folder", "save_world"]
 
@@ -183,8 +183,8 @@ def _facts(path: Path) -> dict[str, Any]:
         raise WorldError(f"'{path}' is damaged: {why}") from None
     if facts.get("format") != _FORMAT:
         raise WorldError(
-            f"'{path}': format = {facts.get('format')!r}, expected {_FORMAT}: it was written by "
-            "another version of swarmscout, or is no world"
+            f"'{path}': format = {shown(facts.get('format'))}, expected {_FORMAT}: it was written "
+            "by another version of swarmscout, or is not a world"
         )
     return facts
 

@@ -94,7 +94,8 @@ def _enclosed(
     """The largest region with room for a robot that does not touch the edge, and its area in m²."""
     labels = parts(fits(cells.astype(np.uint8), resolution_m, _RADIUS_M))
     sizes = np.bincount(labels.ravel())
-    margin = int(np.ceil(_RADIUS_M / resolution_m)) + 1
+    # A body that touches the edge stands with its centre in this row, or nearer.
+    margin = int(np.ceil(_RADIUS_M / resolution_m - 0.5 - 1e-9)) + 1
     sizes[np.unique(_on_edge(labels, margin))] = 0
     sizes[0] = 0
     if not sizes.any():

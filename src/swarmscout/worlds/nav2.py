@@ -88,7 +88,7 @@ def _read(path: Path) -> Mapping[str, Any]:
     if len(packed) > _LARGEST:
         raise WorldError(f"map '{path}' has {len(packed):,} bytes: no nav2 map is so large")
     try:
-        root = next(yaml.compose_all(_text(packed), yaml.SafeLoader), None)  # type: ignore[no-untyped-call]
+        root = next(yaml.compose_all(_text(packed), yaml.SafeLoader), None)
     except (yaml.YAMLError, ValueError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise WorldError(f"map '{path}' is not YAML: {why[:160]}") from None

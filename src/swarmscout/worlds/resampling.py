@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +81,8 @@ def check_length(name: str, metres: float) -> None:
         WorldError: with the name, the value and what would be right.
     """
     if not (isinstance(metres, int | float) and 0.0 < metres <= _LONGEST_M):
-        raise WorldError(f"{name} = {metres}: expected metres above 0, for example 0.05")
+        value = reprlib.repr(metres)
+        raise WorldError(f"{name} = {value}: expected metres above 0, for example 0.05")
     if metres < FINEST_M:
         raise WorldError(
             f"{name} = {metres:g}: cells that small are not supported (a robot would be "

@@ -7,6 +7,7 @@ rasters is wall.
 from __future__ import annotations
 
 import hashlib
+import reprlib
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -19,7 +20,7 @@ from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.meshes.mesh import Mesh
 
-__all__ = ["World", "raster_digest"]
+__all__ = ["World", "raster_digest", "shown"]
 
 T = TypeVar("T")
 
@@ -80,11 +81,11 @@ class World:
     def _numbers(self, name: str, given: Any, count: int) -> tuple[float, ...]:
         try:
             numbers = tuple(float(part) for part in given)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             numbers = ()
         if len(numbers) != count:
-            expected, shown = ("x, y in metres", given) if count == 2 else ("metres", *given)
-            raise WorldError(f"world '{self.name}': {name} = {shown!r}: expected {expected}")
+            expected, value = ("x, y in metres", given) if count == 2 else ("metres", *given)
+            raise WorldError(f"world '{self.name}': {name} = {shown(value)}: expected {expected}")
         return numbers
 
     def __getstate__(self) -> dict[str, Any]:
@@ -118,6 +119,14 @@ class World:
     def digest(self) -> str:
         """SHA-256 (hexadecimal) of the free raster and where it lies."""
         return raster_digest(self.free, self.resolution_m, self.origin_m)
+
+
+def shown(value: object) -> str:
+    """A value in an error message, cut short where it is long."""
+    try:
+        return reprlib.repr(value)
+    except ValueError:  # Python converts no more than 4,300 digits.
+        return "a number of thousands of digits"
 
 
 def raster_digest(

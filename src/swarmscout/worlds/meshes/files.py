@@ -80,7 +80,7 @@ def read_mesh_file(path: Path) -> MeshFile:
         elif suffix == ".dae":
             polygons, up_tag, unit_m = read_collada(packed)
         else:
-            polygons = read_gltf(packed, path.parent)
+            polygons = read_gltf(packed, path.parent, suffix[1:].upper())
             up_tag, unit_m = "y", 1.0  # The format knows nothing else.
         if not len(polygons.counts):
             raise WorldError(_without_surface(polygons, suffix))
@@ -102,7 +102,7 @@ def check_mesh_extra(what: str) -> None:
     Raises:
         WorldError: with the command that installs them.
     """
-    for package in ("mapbox_earcut", "plyfile", "skimage", "trimesh"):
+    for package in ("fast_simplification", "mapbox_earcut", "plyfile", "skimage", "trimesh"):
         if not _is_installed(package):
             in_clone = (Path(__file__).parents[4] / "pyproject.toml").is_file()
             command = "pip install -e '.[mesh]'" if in_clone else "pip install 'swarmscout[mesh]'"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from importlib.util import find_spec
 
 import numpy as np
 
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds.meshes.blocks import breakdown_blocks
 from swarmscout.worlds.meshes.decimation import decimated
+from swarmscout.worlds.meshes.files import check_mesh_extra
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.meshes.skylights import place_skylights
 from swarmscout.worlds.meshes.surfacing import Triangles, largest_part, surface_of
@@ -38,8 +38,7 @@ def check_tube_mesh(mesh_resolution_m: float = 0.2, skylights: int = 0) -> None:
         raise WorldError(f"skylights = {skylights!r}: expected a whole number")
     if not 0 <= skylights <= _MOST_SKYLIGHTS:
         raise WorldError(f"skylights = {skylights}: expected 0 to {_MOST_SKYLIGHTS}")
-    if any(find_spec(package) is None for package in ("skimage", "fast_simplification")):
-        raise WorldError("making a mesh needs an extra: pip install 'swarmscout[mesh]'")
+    check_mesh_extra("making a mesh")
 
 
 def tube_mesh(

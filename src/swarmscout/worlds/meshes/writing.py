@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from swarmscout.core.errors import WorldError
+from swarmscout.worlds.meshes.files import check_mesh_extra
 from swarmscout.worlds.meshes.mesh import Mesh
 
 __all__ = ["MESH_SUFFIXES", "check_mesh_file", "write_mesh"]
@@ -43,8 +43,7 @@ def check_mesh_file(path: Path | str) -> Path:
         raise WorldError(f"mesh '{file}': there is no folder '{file.parent}'")
     if not os.access(file.parent, os.W_OK | os.X_OK):
         raise WorldError(f"mesh '{file}': no permission to write into '{file.parent}'")
-    if find_spec("trimesh") is None:
-        raise WorldError("writing a mesh needs an extra: pip install 'swarmscout[mesh]'")
+    check_mesh_extra("writing a mesh")
     return file
 
 

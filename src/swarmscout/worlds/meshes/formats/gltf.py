@@ -34,12 +34,13 @@ _MOST = 500_000_000
 _DEEPEST, _MOST_NODES = 500, 1_000_000
 
 
-def read_gltf(packed: bytes, folder: Path) -> Polygons:
+def read_gltf(packed: bytes, folder: Path, kind: str = "GLTF") -> Polygons:
     """Read the triangles of a glTF or GLB file, each instance of a part in its own place.
 
     Args:
         packed: the file; which of the two it is is seen from its first bytes.
         folder: where the buffers of a glTF file lie.
+        kind: ``"GLTF"`` or ``"GLB"``, as errors call it.
 
     Raises:
         WorldError: it is cut off, a buffer is missing, or it needs an extension that is not
@@ -50,7 +51,7 @@ def read_gltf(packed: bytes, folder: Path) -> Polygons:
         tree = json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
         why = str(error)[:80] or "too many nested brackets"
-        raise WorldError(f"damaged, cut off, or no GLTF or GLB file ({why})") from None
+        raise WorldError(f"damaged, cut off, or no {kind} file ({why})") from None
     version = str(tree.get("asset", {}).get("version", "")) if isinstance(tree, dict) else ""
     if not version.startswith("2"):
         raise WorldError(f"not a glTF 2.0 file: asset.version = '{version[:20]}'")
@@ -64,7 +65,7 @@ def read_gltf(packed: bytes, folder: Path) -> Polygons:
         return _Tree(tree, folder, chunk, _DRACO in required).polygons()
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError) as error:
         why = f"{type(error).__name__}: {str(error)[:80]}"
-        raise WorldError(f"damaged, cut off, or no GLTF or GLB file ({why})") from None
+        raise WorldError(f"damaged, cut off, or no {kind} file ({why})") from None
 
 
 def _glb(packed: bytes) -> tuple[bytes, bytes | None]:

@@ -173,9 +173,9 @@ def _any_lists(plyfile: Any, header: Any, packed: bytes, first: int) -> dict[str
     stream = io.BytesIO(packed)
     data = plyfile.PlyData.read(stream, mmap=False)
     if not header.text:
-        rest = len(packed[stream.tell() :].strip(b"\0 \t\r\n"))
-        if rest:
-            raise WorldError(f"damaged: {rest:,} bytes follow what its header announces")
+        rest = packed[stream.tell() :]
+        if rest.strip(b"\0 \t\r\n"):
+            raise WorldError(f"damaged: {len(rest):,} bytes follow what its header announces")
     return {
         element.name.lower(): {name: element.data[name] for name in element.data.dtype.names or ()}
         for element in data.elements

@@ -24,12 +24,14 @@ def numbers(text: bytes | str, dtype: type, count: int | None = None) -> NDArray
         ValueError: something is not a number of this kind, or there are more or fewer.
     """
     text = text.strip()
+    found: NDArray[Any] = np.empty(0, dtype=dtype)
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)
         try:
-            found = np.fromstring(text, dtype=dtype, sep=" ") if text else np.empty(0, dtype=dtype)  # type: ignore[call-overload]
+            if text:
+                found = np.fromstring(text, dtype=dtype, sep=" ")
         except DeprecationWarning:
             raise ValueError("something is not a number") from None
     if count is not None and len(found) != count:
         raise ValueError(f"{len(found):,} numbers where {count:,} are expected")
-    return np.asarray(found)
+    return found
