@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.metadata
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -145,3 +147,12 @@ def test_unsound_readers(folder, reader, says):
     with pytest.raises(WorldError, match=says):
         check_world_reader(reader, files)
     assert check_world_reader(Made).situations
+
+
+def test_the_reader_in_the_docs_is_sound(folder):
+    page = (Path(__file__).parents[2] / "docs" / "worlds.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
+    block = next(block for block in blocks if "class CsvReader" in block)
+    assert len(block.splitlines()) <= 10
+    (folder / "my.py").write_text(block, encoding="utf-8")
+    assert check_world_reader("my.py:CsvReader", [folder / "map.csv"]).situations

@@ -23,7 +23,7 @@ def test_import_tells_what_it_decided_and_found(command, tmp_path):
         "roof: yes (",
         "floor: 256 m², of which free: 252 m²",
         "left out: 4 m² not connected with the start",
-        "start: 2.00,2.00,0.00 m (as asked)",
+        "start: 2.00,2.00,0.00 m (as given)",
         "world: hall",
     ):
         assert line in told
@@ -33,7 +33,7 @@ def test_import_tells_what_it_decided_and_found(command, tmp_path):
     assert world.mesh is not None
     run = ss.explore(world="hall", robots=8, steps=40, seed=1)
     assert run.coverage["explored_m2"][-1] > 20.0
-    with pytest.raises(WorldError, match="is there already"):
+    with pytest.raises(WorldError, match="exists and is not empty"):
         command("import", "hall.ply")
 
 
@@ -44,7 +44,7 @@ def test_options_for_meshes_reach_the_importer(command, tmp_path):
         "import", file.name, "--up", "y", "--scale", "0.001", "--no-roof", "--resolution", "0.2",
         "--step-height", "0.1", "--start", "2,2,0", "--out", "made",
     )  # fmt: skip
-    assert "start: 2.00,2.00,0.00 m (as asked)" in told
+    assert "start: 2.00,2.00,0.00 m (as given)" in told
     source = load_world("made").source
     expected = {"up": "y", "scale": 0.001, "roof": False, "resolution_m": 0.2}
     assert {key: source[key] for key in expected} == expected
@@ -87,7 +87,9 @@ def test_a_folder_that_cannot_be_made_is_told_before_the_work(
     monkeypatch.setattr(  # Root may write everywhere.
         os, "access", lambda path, mode: "readonly" not in str(path) and may_write(path, mode)
     )
-    with pytest.raises(WorldError, match=r"cannot make the folder .* is not a folder to write into"):
+    with pytest.raises(
+        WorldError, match=r"cannot make the folder .* is not a folder to write into"
+    ):
         command("import", "room.ply", "--out", out)
     assert "reading" not in capsys.readouterr().out
 

@@ -271,6 +271,9 @@ def test_gltf_that_needs_what_is_not_supported(tmp_path):
     tree, buffer = room.gltf()
     tree["nodes"][0]["children"] = [0]
     refused(tmp_path, "e.gltf", json.dumps(tree), "contain each other")
+    # Forty nodes with two references each to the next one name 2^40 instances.
+    tree["nodes"] = [{"children": [k + 1, k + 1]} for k in range(40)] + [{"mesh": 0}]
+    refused(tmp_path, "e.gltf", json.dumps(tree), "have several parents")
     tree, buffer = room.gltf()
     tree["nodes"][0]["skin"] = 0
     refused(tmp_path, "f.gltf", json.dumps(tree), "skinned")

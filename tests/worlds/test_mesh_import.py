@@ -208,9 +208,9 @@ def test_holes_doubled_faces_and_numbers_that_are_none_do_no_harm(made):
     broken = np.array([[0, 1, len(vertices) - 1], [2, 5, len(vertices) - 2], [7, 7, 3]])
     world, report = made((vertices, np.concatenate((kept, twice, broken))))
     assert report.cleaned["doubled"] >= len(twice)
-    assert report.cleaned["with a corner that is no number"] == 2
+    assert report.cleaned["with a corner that is not finite"] == 2
     assert report.cleaned["without an area"] >= 1
-    assert any("2 with a corner that is no number" in line for line in report.lines())
+    assert any("2 with a corner that is not finite" in line for line in report.lines())
     assert 75.0 < report.free_m2 <= 96.01
     assert np.isfinite(world.mesh.vertices_m).all()
 
@@ -257,7 +257,7 @@ def test_y_up_is_seen_by_the_surfaces_and_can_be_said(made):
         assert world.source["up"] == "y"
         np.testing.assert_array_equal(world.free, upright.free)
         assert world.origin_m == upright.origin_m
-    assert "as asked" in report.decisions["up axis"]
+    assert "as given" in report.decisions["up axis"]
     one_line("up = 'w': expected 'z', 'y' or 'x'", made, turned, up="w")
 
 

@@ -45,7 +45,7 @@ def test_other_programs_read_the_same_closed_mesh(tiny, tmp_path, suffix):
 def test_what_cannot_be_written_is_said_before_the_work(tiny, tmp_path):
     (tmp_path / "there.ply").write_text("mine")
     for name, says in (
-        ("there.ply", "is there already"),
+        ("there.ply", "there.ply' exists"),
         ("cave.max", "unknown kind of file '.max': known are .ply, .obj"),
         ("cave", "unknown kind of file ''"),
         ("missing/cave.ply", "there is no folder"),
@@ -109,9 +109,9 @@ def test_the_world_beside_a_mesh_is_the_world_without_one(command, tmp_path):
         (("--skylights", "2"), "--skylights has no meaning without --mesh"),
         (("--mesh-resolution", "0.2"), "--mesh-resolution has no meaning without --mesh"),
         (("--mesh", "cave.txt"), "unknown kind of file '.txt'"),
-        (("--mesh", "there.ply"), "'there.ply' is there already"),
+        (("--mesh", "there.ply"), "'there.ply' exists"),
         (("--mesh", "cave.ply", "--mesh-resolution", "9"), "expected 0.05 to 0.5"),
-        (("--mesh", "cave.ply", "--out", "."), "'.' is there already"),
+        (("--mesh", "cave.ply", "--out", "."), "'.' exists and is not empty"),
     ],
 )
 def test_generate_refuses_before_the_work(command, tmp_path, words, says):

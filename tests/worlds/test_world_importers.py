@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 
 import numpy as np
@@ -227,8 +228,11 @@ def test_numbers_that_yaml_takes_for_texts_and_a_byte_order_mark(tmp_path):
     assert (world.resolution_m, world.origin_m) == (0.05, (1.0, -2.0))
     file.write_text(text.replace("5e-2", "1e-9"))
     one_line("cells that small are not supported", file)
-    file.write_text("[" * 5000)
-    one_line("is not YAML: too many nested brackets", file)
+    for text in ("[" * 5000, "image: " + "{" * 90_000, "- " * 40_000):
+        file.write_text(text)
+        began = time.process_time()
+        one_line("is not YAML: too many nested brackets", file)
+        assert time.process_time() - began < 1.0
 
 
 def test_things_that_are_no_worlds(tmp_path):

@@ -60,7 +60,7 @@ def test_generate(command, tmp_path):
     assert world.source["branches"] == 1
     assert world.source["seed"] == 4
     assert (tmp_path / "made" / "world.png").exists()
-    with pytest.raises(WorldError, match="is there already"):
+    with pytest.raises(WorldError, match="exists and is not empty"):
         command("generate", "--out", "made")
 
 

@@ -80,7 +80,7 @@ def show(
     out = _expanded(out)
     suffix = "" if seed is None else f"-{seed}"
     if world not in NAMED_TUBES:
-        suffix = "-world"  # Beside my_map.png or my_map.yaml there is an image that is the map.
+        suffix = "-world"  # my_map.png, or the image beside my_map.yaml, is the map itself.
         _spare(out, Path(world))
     picture = out or Path(f"{loaded.name}{suffix}.png")
     try:
@@ -262,7 +262,7 @@ def import_world(
 
 
 def _refuse(what: str, **options: object) -> None:
-    """Complain about options that would have no effect."""
+    """Refuse options that would have no effect."""
     from swarmscout.core.errors import WorldError
 
     for name, value in options.items():
@@ -324,7 +324,7 @@ def _new_folder(folder: Path) -> Path:
     from swarmscout.core.errors import WorldError
 
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise WorldError(f"'{folder}' is there already: choose another with --out FOLDER")
+        raise WorldError(f"'{folder}' exists and is not empty: choose another with --out FOLDER")
     # Before the work: the part of the path that exists must be a folder to write into.
     there = next(home for home in (folder, *folder.absolute().parents) if home.exists())
     if not there.is_dir() or not os.access(there, os.W_OK):

@@ -40,7 +40,7 @@ def world_from_array(
         free: [rows, cols] booleans or whole numbers, 1 where a robot may be, 0 for wall; row 0 is
             the lowest.
         resolution_m: edge of a cell, in metres.
-        name: what to call it.
+        name: its name.
         origin_m: ``(x, y)`` of the lower left corner, in metres.
         start_m: ``(x, y)`` of the start, in metres; None: a roomy place is found when needed.
         stations_m: [k, 2] charging stations, in metres; None: derived for a number of robots.
@@ -67,7 +67,7 @@ def world_from_array(
         stations = _points("stations_m", stations_m)
     start = None if start_m is None else _point("start_m", start_m)
     place = _point("origin_m", origin_m)
-    # The digest tells later whether the raster is still the one that the source describes.
+    # With the digest a later reader sees whether the source still describes the raster.
     facts = {"file": "an array in memory"} if source is None else dict(source)
     facts["digest"] = raster_digest(raster, float(resolution_m), place)
     return World(
@@ -93,8 +93,8 @@ def world_from_ascii(
         text: the first line is the top; blank lines before and after do not count, and short lines
             are filled up with wall.
         resolution_m: edge of a character, in metres.
-        name: what to call it.
-        pieces: cut each character into so many raster cells along an edge.
+        name: its name.
+        pieces: raster cells along the edge of a character.
 
     Returns:
         The world; its lower left corner is (0, 0).
@@ -155,7 +155,7 @@ def with_places(
         stations_m: [k, 2] in metres, or None to keep what the world has.
 
     Raises:
-        WorldError: these are no points.
+        WorldError: these are not points.
     """
     changes: dict[str, Any] = {}
     if start_m is not None:
@@ -188,7 +188,7 @@ def load_array(
     cell = 0.1 if cell_m is None else cell_m
     check_length("cell_m", cell)
     try:
-        # Mapped first: a header that promises more than the file holds must not ask for memory.
+        # Mapped first: a header that promises more than the file holds must not allocate memory.
         mapped = np.load(path, mmap_mode="r", allow_pickle=False)
         check_size(mapped.shape, f"'{path}'")
         array = np.array(mapped)

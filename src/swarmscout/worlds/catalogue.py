@@ -150,7 +150,7 @@ def _from_reader(
 
 
 def _find(what: str | Path, base: Path | None) -> Path:
-    """The file or folder that is meant."""
+    """The file or folder of that name."""
     given = Path(os.path.expandvars(what)).expanduser()
     tried = [given] if base is None or given.is_absolute() else [base / given, given]
     for path in tried:
@@ -208,7 +208,7 @@ def known_kinds() -> str:
 
 
 def _refuse(where: str, kind: str, **options: Any) -> None:
-    """Complain about options that would have no effect."""
+    """Refuse options that would have no effect."""
     for name, value in options.items():
         if value is not None:
             raise WorldError(f"{where}: {name} = {value} has no meaning for {kind}: leave it out")

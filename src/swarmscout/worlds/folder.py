@@ -147,7 +147,7 @@ def load_folder(folder: Path | str) -> World:
 def _mostly_the_same(
     rasters: Sequence[NDArray[np.float32]],
 ) -> tuple[list[float], NDArray[np.bool_] | None]:
-    """The height that fills most of each raster, and where any has another; None: no such thing."""
+    """The height that fills most of each raster, and where any differs (None: not worth it)."""
     if not rasters:
         return [], None
     fill = [float(raster.flat[0]) for raster in rasters]
@@ -175,7 +175,7 @@ def _facts(path: Path) -> dict[str, Any]:
     try:
         facts = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise WorldError(f"'{path.parent}' is no world folder: it has no {path.name}") from None
+        raise WorldError(f"'{path.parent}' is not a world folder: it has no {path.name}") from None
     except OSError as error:
         raise WorldError(f"cannot read '{path}': {error.strerror or error}") from None
     except (ValueError, RecursionError) as error:

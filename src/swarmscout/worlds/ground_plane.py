@@ -58,7 +58,7 @@ def without_steep(world: World, slope_deg: float, radius_m: float) -> World:
     """A world without the places where the ground under a body is too steep for it.
 
     Args:
-        world: a world; without heights, or where nothing is too steep, it is handed back.
+        world: a world; it is returned as it is where it has no heights or nothing is too steep.
         slope_deg: steepest ground that a body drives over, in degrees; 90 for any.
         radius_m: the body's radius, in metres.
     """

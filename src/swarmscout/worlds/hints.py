@@ -1,4 +1,4 @@
-"""What a user should look at in a world that was read from a map, array or image."""
+"""Hints about worlds that were read from maps, arrays or images and may be misread."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["Hint", "inside_hint", "inverted_hint"]
 
 _RADIUS_M = 0.15
 _LEAST_M2, _LEAST_SHARE = 4.0, 0.02
-"""A region that is smaller, absolutely or against the one that was chosen, is not worth a word."""
+"""A region that is smaller, absolutely or against the one that was chosen, is not reported."""
 _THIN_M = 0.8
 """Free space that is hardly anywhere wider than this looks like walls."""
 _ROOMIER = 2.5
@@ -27,7 +27,7 @@ _MOST_EDGE = 0.8
 
 @dataclass(frozen=True)
 class Hint:
-    """Something that may not be as it was meant.
+    """A reading of a file that may be wrong.
 
     Attributes:
         text: one line.

@@ -27,7 +27,7 @@ UNKNOWN_GREY = 205
 _BRIGHT = 0.6
 """Free from here: between the mid grey that maps use for "unknown" and the light grey of floors."""
 _PLAIN = 10
-"""A grey is painted, not photographed, where it is so many times as frequent as those beside it."""
+"""A grey is a map's own where it is more frequent by this factor than its two neighbours."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,9 +140,7 @@ def read_image(path: Path) -> Pixels:
                 check_size((image.height, image.width), f"image '{path}'")
                 pages = getattr(image, "n_frames", 1)
                 if pages > 1:
-                    raise WorldError(
-                        f"image '{path}' has {pages} pages: save the one that is meant"
-                    )
+                    raise WorldError(f"image '{path}' has {pages} pages: save one of them")
                 return _pixels(ImageOps.exif_transpose(image))
     except (Image.DecompressionBombWarning, Image.DecompressionBombError):
         raise WorldError(f"image '{path}' declares too many pixels: crop or shrink it") from None

@@ -31,6 +31,7 @@ _NEGATE = {
 }  # fmt: skip
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _RAW_HIGHEST = 100
+_MOST_BRACKETS = 200
 _LARGEST = 100_000
 """Bytes of a map's YAML file; real ones have a few hundred."""
 
@@ -87,8 +88,13 @@ def _read(path: Path) -> Mapping[str, Any]:
         raise WorldError(f"cannot read the map '{path}': {error.strerror or error}") from None
     if len(packed) > _LARGEST:
         raise WorldError(f"map '{path}' has {len(packed):,} bytes: no nav2 map is so large")
+    text = _text(packed)
+    if (
+        text.count("[") + text.count("{") > _MOST_BRACKETS
+    ):  # The parser's time is quadratic in them.
+        raise WorldError(f"map '{path}' is not YAML: too many nested brackets")
     try:
-        root = next(yaml.compose_all(_text(packed), yaml.SafeLoader), None)
+        root = next(yaml.compose_all(text, yaml.SafeLoader), None)
     except (yaml.YAMLError, ValueError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise WorldError(f"map '{path}' is not YAML: {why[:160]}") from None
@@ -112,7 +118,7 @@ def _read(path: Path) -> Mapping[str, Any]:
 
 
 def _text(packed: bytes) -> str:
-    """The file as text; comments may be in any encoding, and tabs stand for blanks."""
+    """The file as text; comments may be in any encoding, and tabs count as blanks."""
     if packed.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = packed.decode("utf-16", "replace")
     else:
@@ -175,8 +181,8 @@ def _free_pixels(
 ) -> NDArray[np.bool_]:
     """bool[rows, cols], row 0 at the top: what nav2 calls free, except unknown.
 
-    ``raw`` takes the grey level itself for the occupancy in percent (above 100: unknown), whatever
-    ``negate`` says, as nav2 does.
+    ``raw`` takes the grey level itself for the occupancy in percent (above 100: unknown) and
+    ignores ``negate``, as nav2 does.
     """
     given = keys.get("mode", "trinary")
     mode = given.strip().lower() if isinstance(given, str) else ""

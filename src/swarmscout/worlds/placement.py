@@ -60,14 +60,14 @@ def place_robots(
         robots: how many.
         start: ``"one-place"`` (the places nearest to the stations along the ground; to the start
             where stations were set by hand) or ``"spread"`` (anywhere that can be reached).
-        rng: chooses among the places and deals them out.
+        rng: chooses among the places and assigns them to robots.
         radius_m: a robot's radius, in metres.
 
     Returns:
         float64[robots, 2], ``(x, y)`` in metres.
 
     Raises:
-        WorldError: there is no room for so many, or ``start`` is unknown.
+        WorldError: there is no room for that many, or ``start`` is unknown.
     """
     rules = {"one-place": _places_near_start, "spread": _places_anywhere}
     if start not in rules:
@@ -85,7 +85,7 @@ def place_robots(
         where = "round its start" if start == "one-place" else "in all"
         raise WorldError(
             f"world '{world.name}' has room for {len(cells)} robots of {2 * radius_m:g} m {where}, "
-            f"{robots} were asked; take fewer robots or a larger world"
+            f"not for {robots}; take fewer robots or a larger world"
         )
     return world.frame.centres_of(cells)
 

@@ -15,7 +15,7 @@ from swarmscout.worlds.world import World
 __all__ = ["distance_along_ground", "reachable", "standing_places", "start_cell"]
 
 _START_SLACK_M = 1.0
-"""A start point that is too near to a wall stands for the nearest place within this distance."""
+"""A start too near to a wall is replaced by the nearest place within this distance."""
 
 
 def reachable(world: World, radius_m: float = 0.15) -> NDArray[np.uint8]:
@@ -77,7 +77,7 @@ def distance_along_ground(
     Args:
         open_cells: bool[rows, cols], where one can go; what matters is connected through edges.
         sources: cells ``(row, col)``, each open.
-        farthest: stop after so many steps; None for no limit.
+        farthest: number of steps to stop after; None for no limit.
 
     Returns:
         int32[rows, cols]: steps of about one cell, −1 where no way leads (or it is too long).

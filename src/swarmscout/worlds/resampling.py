@@ -51,7 +51,7 @@ def resampled(free: NDArray[np.uint8], cell_m: float, resolution_m: float) -> ND
 def refined(
     free: NDArray[np.uint8], cell_m: float, resolution_m: float | None
 ) -> tuple[NDArray[np.uint8], float]:
-    """A raster for missions: as asked, or else cut up until a cell is at most 0.1 m.
+    """A raster for missions: at the wanted resolution, or cut up until a cell is at most 0.1 m.
 
     Args:
         free: uint8[rows, cols], 1 is free.
@@ -75,7 +75,7 @@ def refined(
 
 
 def check_length(name: str, metres: float) -> None:
-    """Complain about an edge that is no finite length, or too short for a raster cell.
+    """Refuse an edge that is not a finite length, or too short for a raster cell.
 
     Raises:
         WorldError: with the name, the value and what would be right.
@@ -91,10 +91,10 @@ def check_length(name: str, metres: float) -> None:
 
 
 def check_size(shape: tuple[int, ...], why: str) -> None:
-    """Complain about a raster that would fill the memory.
+    """Refuse a raster that would fill the memory.
 
     Raises:
-        WorldError: with the size and what asked for it.
+        WorldError: with the size and its cause.
     """
     if math.prod(shape) > FINEST_CELLS:
         # Of an absurd number all digits would fill the screen.

@@ -1,4 +1,4 @@
-"""Where a mission starts when nobody said so.
+"""The start of a mission in a world that has none.
 
 A generated tube starts at its mouth, which is a wide place. In any other world the start is a
 roomy place of the largest region that a robot can stand in.

@@ -1,4 +1,4 @@
-"""Where charging stations go when nobody set them."""
+"""Charging stations derived from a world and a number of robots."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def derive_stations(world: World, count: int) -> NDArray[np.float64]:
         float64[count, 2], ``(x, y)`` in metres, the one nearest to the start first.
 
     Raises:
-        WorldError: the world has no room for so many.
+        WorldError: the world has no room for that many.
     """
     place = standing_places(world)
     found: list[tuple[int, int]] = []

@@ -2,7 +2,7 @@
 
 A raster holds, for each point, how deep it lies inside a tube: the largest of half width minus
 distance to the centre line over all passages. Noise roughens that depth; it is positive in the
-tube. A core along each centre line stays free whatever the noise says, so tubes never pinch off.
+tube. Noise never closes the core along each centre line, so tubes do not pinch off.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _OUTSIDE_M = -3.0
 _CORE_M = 1.0
 _BORDER_M = 2.5
 _MOUTH_AT = 4
-"""The start is so many points (metres) into the first passage, in the middle of the mouth."""
+"""Points (metres) from the end of the first passage to the start, in the middle of the mouth."""
 _SPECK_M2 = 0.25
 LOWEST_M = 0.6
 WALL_HEIGHT_M = 0.9

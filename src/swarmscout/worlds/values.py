@@ -1,4 +1,4 @@
-"""Which values of an array or image are free, where a file has a meaning of its own."""
+"""Selection of free cells by value, for arrays and images with another meaning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A world: the truth that sensors, motion and judging read, and nobody else.
+"""A world: the ground truth, read by sensors, motion and judging only.
 
 Rasters are aligned and index ``[row, col]`` with row 0 at the lowest y. What lies outside the
 rasters is wall.
@@ -30,7 +30,7 @@ class World:
     """An unknown place.
 
     Attributes:
-        name: what people call it.
+        name: for people.
         free: uint8[rows, cols], C-contiguous: 1 where a robot may be, 0 for wall or unknown.
         resolution_m: edge of a raster cell, in metres.
         origin_m: ``(x, y)`` of the lower left corner of the raster, in metres.
@@ -62,7 +62,7 @@ class World:
         What else may be wrong with a world made by hand, ``check_world`` says.
 
         Raises:
-            WorldError: a place or the resolution is no number.
+            WorldError: a place or the resolution is not a number.
         """
         free = np.asarray(self.free)
         if free.dtype == np.uint8 or free.dtype == np.bool_:
@@ -145,5 +145,5 @@ def raster_digest(
 
 
 def _is_frozen(array: NDArray[Any]) -> bool:
-    """Whether nobody can write to an array, so that it need not be copied."""
+    """Whether an array cannot be written to, so that it need not be copied."""
     return not array.flags.writeable and array.flags.owndata

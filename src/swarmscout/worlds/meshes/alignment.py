@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds.meshes.files import MeshFile
 
-__all__ = ["Framed", "framed", "with_ground"]
+__all__ = ["Alignment", "align", "with_ground"]
 
 _FAR_M = 10_000.0
 """Beyond this a float32 is coarser than a millimetre."""
@@ -30,7 +30,7 @@ _SMALL_M, _LARGE_M = 1.0, 5000.0
 
 
 @dataclass(frozen=True, eq=False)
-class Framed:
+class Alignment:
     """Vertices in a world's frame, and how they came there.
 
     Attributes:
@@ -50,13 +50,13 @@ class Framed:
     scale_because: str
 
 
-def framed(
+def align(
     file: MeshFile,
     vertices: NDArray[np.float64],
     triangles: NDArray[np.int32],
     up: str | None,
     scale: float | None,
-) -> Framed:
+) -> Alignment:
     """Turn, scale and shift a mesh's vertices.
 
     Args:
@@ -64,7 +64,7 @@ def framed(
         vertices: float64[V, 3] in the file's axes and unit, finite.
         triangles: int32[T, 3].
         up: the axis that points up, ``"z"``, ``"y"`` or ``"x"``; None: it is guessed.
-        scale: metres per unit; None: the file's tag where the size is then plausible, or else 1.
+        scale: metres per unit; None: the file's tag where the size is then plausible, otherwise 1.
 
     Raises:
         WorldError: the axis or the scale is impossible.
@@ -73,10 +73,10 @@ def framed(
         raise WorldError(f"up = {up!r}: expected 'z', 'y' or 'x', the axis of the mesh that is up")
     if scale is not None and not (isinstance(scale, int | float) and 0.0 < scale < math.inf):
         raise WorldError(f"scale = {scale!r}: expected metres per unit of the file, as 0.001")
-    up_because = "as asked"
+    up_because = "as given"
     if up is None:
         up, up_because = _guess_up(file.up_tag, vertices, triangles)
-    scale_because = "as asked"
+    scale_because = "as given"
     if scale is None:
         scale, scale_because = _guess_scale(file.unit_m, vertices)
     turned = vertices * float(scale)
@@ -87,16 +87,16 @@ def framed(
     offset = np.zeros(3)
     if len(turned) and np.abs(turned).max() > _FAR_M:
         low, high = turned.min(axis=0), turned.max(axis=0)
-        # Only axes that are far off; whole metres, so that nobody needs a pocket calculator.
+        # Only axes that are far off, by whole metres.
         far = np.maximum(np.abs(low), np.abs(high)) > _FAR_M
         offset = np.where(far, np.floor((low + high) / 2.0), 0.0)
     x, y, z = offset.tolist()
-    return Framed(turned - offset, (x, y, z), up, up_because, float(scale), scale_because)
+    return Alignment(turned - offset, (x, y, z), up, up_because, float(scale), scale_because)
 
 
 def with_ground(
-    at: Framed, triangles: NDArray[np.int32], ground_m: float | str
-) -> tuple[Framed, NDArray[np.int32]]:
+    at: Alignment, triangles: NDArray[np.int32], ground_m: float | str
+) -> tuple[Alignment, NDArray[np.int32]]:
     """Add a level rectangle under a mesh, as large as the mesh is seen from above.
 
     Args:

@@ -12,7 +12,7 @@ from scipy import ndimage
 from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.arrays import world_from_array
-from swarmscout.worlds.meshes.flood_fill import Flooded
+from swarmscout.worlds.meshes.flood_fill import FloodedFloor
 from swarmscout.worlds.meshes.ground import flanks, ground_under
 from swarmscout.worlds.meshes.report import passage_widths_m
 from swarmscout.worlds.meshes.span_heightfield import Spans
@@ -48,7 +48,7 @@ class Drivable:
 
 
 def drivable(
-    reached: Flooded, roof: bool, start_m: tuple[float, ...] | None, radius_m: float = 0.15
+    reached: FloodedFloor, roof: bool, start_m: tuple[float, ...] | None, radius_m: float = 0.15
 ) -> Drivable:
     """Take out what stands out of the ground, is steep or cut off.
 
@@ -93,7 +93,7 @@ def drivable(
 
 
 def check_not_inside_walls(spans: Spans, frame: GridFrame, floor: Drivable) -> None:
-    """Complain about floor that is only inside (or on top of) walls round a place without a floor.
+    """Refuse floor that is only inside (or on top of) walls round a place without a floor.
 
     Args:
         spans: room over all floors.
@@ -121,7 +121,7 @@ def check_not_inside_walls(spans: Spans, frame: GridFrame, floor: Drivable) -> N
         )
 
 
-def _outside(reached: Flooded, cell_m: float) -> NDArray[np.bool_]:
+def _outside(reached: FloodedFloor, cell_m: float) -> NDArray[np.bool_]:
     """Floor under open sky that is larger than a skylight."""
     labels = parts(np.isinf(reached.ceiling_m))
     large = np.flatnonzero(np.bincount(labels.ravel()) * cell_m**2 > _SKYLIGHT_M2)

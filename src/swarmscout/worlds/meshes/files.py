@@ -81,7 +81,7 @@ def read_mesh_file(path: Path) -> MeshFile:
             polygons, up_tag, unit_m = read_collada(packed)
         else:
             polygons = read_gltf(packed, path.parent, suffix[1:].upper())
-            up_tag, unit_m = "y", 1.0  # The format knows nothing else.
+            up_tag, unit_m = "y", 1.0  # The format has no other.
         if not len(polygons.counts):
             raise WorldError(_without_surface(polygons, suffix))
         if int(polygons.counts.sum()) - 2 * len(polygons.counts) > _MOST_TRIANGLES:
@@ -122,4 +122,4 @@ def _without_surface(polygons: Polygons, suffix: str) -> str:
             f"it has no triangles: only {len(polygons.vertices):,} points; make a surface of them "
             "first"
         )
-    return f"it has no triangles: it is damaged, cut off, or no {suffix[1:].upper()} file"
+    return f"it has no triangles: damaged, cut off, or no {suffix[1:].upper()} file"

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError
 
-__all__ = ["Polygons", "from_strip", "joined", "triangulated"]
+__all__ = ["Polygons", "from_strip", "joined", "placed", "triangulated"]
 
+_MOST_CORNERS = 200_000_000
 _CROSSING = 1e-3
 """Relative excess of area from which a divided polygon is known to cross itself."""
 
@@ -62,6 +63,28 @@ def from_strip(strip: NDArray[np.int64]) -> NDArray[np.int64]:
     triangles = np.stack((strip[:-2], strip[1:-1], strip[2:]), axis=1)
     triangles[1::2] = triangles[1::2, [1, 0, 2]]
     return triangles
+
+
+def placed(parts: Sequence[tuple[Polygons, NDArray[np.float64]]]) -> Polygons:
+    """Parts of a scene, each moved by a matrix.
+
+    Args:
+        parts: polygons, and float64[4, 4], which maps their coordinates to those of the scene.
+
+    Raises:
+        WorldError: all instances together would fill the memory.
+    """
+    corners = sum(len(part.corners) + len(part.vertices) for part, _ in parts)
+    if corners > _MOST_CORNERS:
+        raise WorldError(f"its {len(parts):,} parts have {corners:,} corners together: too many")
+    moved = []
+    for part, matrix in parts:
+        at = part.vertices
+        if not np.array_equal(matrix, np.eye(4)):
+            with np.errstate(invalid="ignore", over="ignore"):
+                at = at @ matrix[:3, :3].T + matrix[:3, 3]
+        moved.append(Polygons(at, part.corners, part.counts))
+    return joined(moved)
 
 
 def joined(parts: Sequence[Polygons]) -> Polygons:

@@ -69,7 +69,7 @@ def find_spans(
         triangles: int32[T, 3].
         frame: where the raster lies; the whole mesh is inside.
         clearance_m: spans lower than this are none.
-        progress: is told the share that is done, 0 to 1.
+        progress: called with the share that is done, 0 to 1.
 
     Raises:
         WorldError: there are too many.
@@ -81,19 +81,12 @@ def find_spans(
         progress(done)
         counts = np.zeros(TILE * TILE, dtype=np.int64)
         _meet(corners, triangles, members, row, col, counts, np.empty(0), np.empty(0, np.uint8))
-        touched = int(np.count_nonzero(counts))
-        if counts.sum() > _MOST_SURFACES * max(touched, TILE):
-            fullest = int(np.argmax(counts))
-            x, y = frame.centre_of(row + fullest // TILE, col + fullest % TILE)
-            raise WorldError(
-                f"{counts[fullest]:,} surfaces or more lie one above the other at ({x:.1f}, "
-                f"{y:.1f}) m: not a cave or a building; remove stacked copies"
-            )
+        _check_stack(counts, frame, row, col)
         ends = np.cumsum(counts)
         met = int(ends[-1])
         if not met:
             continue
-        hit += touched
+        hit += int(np.count_nonzero(counts))
         heights = np.empty(met, dtype=np.float64)
         upward = np.empty(met, dtype=np.uint8)
         places = ends - counts
@@ -111,7 +104,7 @@ def find_spans(
         if total > _MOST_SPANS:
             raise WorldError(
                 f"the mesh has more than {_MOST_SPANS:,} floors one above the other: "
-                "take larger cells (resolution_m), or cut away what is no cave"
+                "take larger cells (resolution_m), or cut away what is not the cave"
             )
     progress(1.0)
     if not parts:
@@ -119,6 +112,21 @@ def find_spans(
     cell, floor, ceiling, facing, low = (np.concatenate(each) for each in zip(*parts, strict=True))
     order = np.argsort(cell, kind="stable")
     return Spans(cell[order], floor[order], ceiling[order], facing[order], low, hit)
+
+
+def _check_stack(counts: NDArray[np.int64], frame: GridFrame, row: int, col: int) -> None:
+    """Refuse a tile with hundreds of surfaces above each of its cells.
+
+    Raises:
+        WorldError: with the place where most of them are.
+    """
+    if counts.sum() > _MOST_SURFACES * max(int(np.count_nonzero(counts)), TILE):
+        fullest = int(np.argmax(counts))
+        x, y = frame.centre_of(row + fullest // TILE, col + fullest % TILE)
+        raise WorldError(
+            f"{counts[fullest]:,} surfaces or more lie one above the other at ({x:.1f}, {y:.1f}) "
+            "m: not a cave or a building; remove stacked copies"
+        )
 
 
 def _no_spans() -> Spans:

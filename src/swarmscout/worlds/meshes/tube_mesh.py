@@ -60,8 +60,8 @@ def tube_mesh(
         mesh_resolution_m: distance of the points that the surface is found on, in
             metres, 0.05 to 0.5.
         skylights: holes in the roof, up to the open sky; fewer where there is no room. The world's
-            own ceiling knows nothing of them.
-        on_progress: is told how much is done, of how much.
+            raster does not have them.
+        on_progress: called with the work that is done and all of it.
 
     Returns:
         The tube as one closed surface (with skylights it is open at their upper rims, and nowhere
@@ -82,11 +82,11 @@ def tube_mesh(
     holes = place_skylights(fields, parameters, skylights)
     surface = TubeSurface(fields, parameters, mesh_resolution_m, holes)
     # Finding the surface takes as long as making it simpler: each counts for a half.
-    tell = on_progress or (lambda done, total: None)
-    found = largest_part(surface_of(surface, lambda done, total: tell(done, 2 * total)))
+    report = on_progress or (lambda done, total: None)
+    found = largest_part(surface_of(surface, lambda done, total: report(done, 2 * total)))
     shells = [_facing_open(decimated(found))]
     shells += breakdown_blocks(fields, surface.base_m, parameters)
-    tell(1, 1)
+    report(1, 1)
     counts = np.cumsum([0] + [len(vertices) for vertices, _ in shells[:-1]])
     return Mesh(
         np.concatenate([vertices for vertices, _ in shells]).astype(np.float32),

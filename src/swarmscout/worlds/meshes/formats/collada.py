@@ -1,4 +1,4 @@
-"""COLLADA (``.dae``): the geometry of its scene, whatever its materials are.
+"""COLLADA (``.dae``): the geometry of its scene; materials are ignored.
 
 Source: Khronos, "COLLADA digital asset schema release 1.4.1", 2008.
 """
@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds.meshes.formats.text import numbers
-from swarmscout.worlds.meshes.polygons import Polygons, from_strip, joined
+from swarmscout.worlds.meshes.polygons import Polygons, from_strip, joined, placed
 
 __all__ = ["read_collada"]
 
 Element = ElementTree.Element
 _SKIPPED = {"lines", "linestrips", "extra", "source", "vertices"}
 _DEEPEST = 200
-_MOST_NODES = 1_000_000
+_MOST_NODES = 100_000
 
 
 def read_collada(packed: bytes) -> tuple[Polygons, str | None, float | None]:
@@ -84,7 +84,7 @@ class _Scene:
                 raise WorldError(
                     f"it has {len(scenes)} visual scenes and does not say which one counts"
                 )
-        found: list[Polygons] = []
+        found: list[tuple[Polygons, NDArray[np.float64]]] = []
         waiting = [(node, np.eye(4), 0) for node in scenes[0].findall("node")]
         visited = 0
         while waiting:
@@ -99,13 +99,13 @@ class _Scene:
                 elif child.tag == "instance_node":
                     waiting.append((self.target(child, "node"), matrix, depth + 1))
                 elif child.tag == "instance_geometry":
-                    found += [_moved(part, matrix) for part in self.part(child)]
+                    found += [(part, matrix) for part in self.part(child)]
                 elif child.tag == "instance_controller":
                     raise WorldError(
                         "it has a skinned or morphed part (instance_controller): apply the "
                         "deformation and export it as a plain mesh"
                     )
-        return joined(found)
+        return placed(found)
 
     def target(self, element: Element, kind: str) -> Element:
         """The element that another one's ``url`` or ``source`` names."""
@@ -284,14 +284,6 @@ def _whole(text: str | None, what: str) -> int:
     if not 0 <= number < 2**40:
         raise WorldError(f"{what} = '{(text or '')[:40]}', expected a whole number")
     return number
-
-
-def _moved(part: Polygons, matrix: NDArray[np.float64]) -> Polygons:
-    if np.array_equal(matrix, np.eye(4)):
-        return part
-    with np.errstate(invalid="ignore", over="ignore"):
-        at = part.vertices @ matrix[:3, :3].T + matrix[:3, 3]
-    return Polygons(at, part.corners, part.counts)
 
 
 def _transform(node: Element) -> NDArray[np.float64]:

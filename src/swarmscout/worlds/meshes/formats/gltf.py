@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError
-from swarmscout.worlds.meshes.polygons import Polygons, from_strip, joined
+from swarmscout.worlds.meshes.polygons import Polygons, from_strip, joined, placed
 
 __all__ = ["read_gltf"]
 
@@ -31,14 +31,13 @@ _LOOKS = (
 """Extensions that leave the geometry as it is, by the beginning of their names."""
 _INSTANCING = "EXT_mesh_gpu_instancing"
 _MOST = 500_000_000
-_DEEPEST, _MOST_NODES = 500, 1_000_000
 
 
 def read_gltf(packed: bytes, folder: Path, kind: str = "GLTF") -> Polygons:
     """Read the triangles of a glTF or GLB file, each instance of a part in its own place.
 
     Args:
-        packed: the file; which of the two it is is seen from its first bytes.
+        packed: the file; its first bytes say which of the two.
         folder: where the buffers of a glTF file lie.
         kind: ``"GLTF"`` or ``"GLB"``, as errors call it.
 
@@ -107,29 +106,26 @@ class _Tree:
         else:
             inner = {child for node in nodes for child in node.get("children", [])}
             roots = [number for number in range(len(nodes)) if number not in inner]
-        found: list[Polygons] = []
-        waiting = [(number, np.eye(4), 0) for number in roots]
+        found: list[tuple[Polygons, NDArray[np.float64]]] = []
+        waiting = [(number, np.eye(4)) for number in roots]
         visited = 0
         while waiting:
-            number, outer, depth = waiting.pop()
+            number, outer = waiting.pop()
             visited += 1
-            if depth > _DEEPEST or visited > _MOST_NODES:
-                raise WorldError("its nodes are nested too deeply, or contain each other")
+            if visited > len(nodes):  # Each node has one place in the scene.
+                raise WorldError("its nodes contain each other, or have several parents")
             node = _item(nodes, number, "node")
             if _INSTANCING in node.get("extensions", {}):
                 raise WorldError(
                     f"it uses {_INSTANCING}, which is not supported: export without it"
                 )
+            matrix = outer @ _transform(node)
             if "mesh" in node:
                 if "skin" in node:
                     raise WorldError("it has a skinned mesh: apply the pose before the export")
-                found += [
-                    _moved(part, outer @ _transform(node)) for part in self.part(node["mesh"])
-                ]
-            waiting += [
-                (child, outer @ _transform(node), depth + 1) for child in node.get("children", [])
-            ]
-        return joined(found)
+                found += [(part, matrix) for part in self.part(node["mesh"])]
+            waiting += [(child, matrix) for child in node.get("children", [])]
+        return placed(found)
 
     def part(self, number: int) -> list[Polygons]:
         if number not in self.parts:
@@ -277,14 +273,6 @@ def _fetched(uri: str, folder: Path) -> bytes:
         except (OSError, ValueError):
             continue
     raise WorldError(f"a file that it needs is missing: '{next(iter(names))[:80]}'")
-
-
-def _moved(part: Polygons, matrix: NDArray[np.float64]) -> Polygons:
-    if np.array_equal(matrix, np.eye(4)):
-        return part
-    with np.errstate(invalid="ignore", over="ignore"):
-        at = part.vertices @ matrix[:3, :3].T + matrix[:3, 3]
-    return Polygons(at, part.corners, part.counts)
 
 
 def _transform(node: dict[str, Any]) -> NDArray[np.float64]:

@@ -74,7 +74,7 @@ def _plain_header(packed: bytes) -> bytes:
     if not packed.startswith(b"ply") or end is None:
         raise WorldError("damaged, cut off, or no PLY file: it has no PLY header")
     header = bytes(byte if byte < 128 else 63 for byte in packed[: end.end()])
-    # Names of properties are words of one case or another, and trailing blanks mean nothing.
+    # Trailing blanks mean nothing, and plyfile stumbles over them.
     header = re.sub(rb"[ \t]+(?=\r|\n)", b"", header)
     return header + packed[end.end() :]
 
