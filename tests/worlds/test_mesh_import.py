@@ -340,7 +340,7 @@ def test_meshes_without_a_floor(made):
     one_line("nothing to explore", made, walls([(0, 0), (0, 0.1)], 0, 5), up="z")
     one_line("no floor of the mesh lies under a ceiling", made, sheet(0, 9, 0, 9), roof=True)
     one_line("no robot of 0.3 m fits", made, sheet(0, 10, 0, 0.2), up="z")
-    one_line("no triangle of any use: of 1 triangles 1 have", made,
+    one_line("no usable triangle: of 1 triangles 1 have", made,
              ([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))  # fmt: skip
     one_line("and 1 have no area", made, ([[0, 0, 0], [1, 1, 1], [2, 2, 2]], [[0, 1, 2]]))
     one_line("step_height_m = 0.4: expected", made, room(), step_height_m=0.4)

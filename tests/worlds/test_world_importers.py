@@ -461,7 +461,7 @@ def test_paths_with_a_home_and_variables(tmp_path, monkeypatch):
     nav2(tmp_path, [[254]])
     for path in ("~/map.yaml", "$HOME/map.yaml", "${MAPS}/map.yaml"):
         assert load_world(path).free.sum() == 1
-    one_line("known are .bmp", nav2(tmp_path, [[254]]).rename(tmp_path / "a.cavev"))
+    one_line("known are .yaml, .yml, .map", nav2(tmp_path, [[254]]).rename(tmp_path / "a.cavev"))
 
 
 def test_ascii():

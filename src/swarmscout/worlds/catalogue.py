@@ -203,7 +203,7 @@ def _from_file(path: Path, seed: int | None, options: Mapping[str, Any]) -> Worl
 
 def known_kinds() -> str:
     """The kinds of files that make worlds, for error messages."""
-    maps = ", ".join(sorted([".map", ".npy", ".yaml", ".yml", *IMAGE_SUFFIXES]))
+    maps = ", ".join([".yaml", ".yml", ".map", ".npy", *sorted(IMAGE_SUFFIXES)])
     return f"known are {maps}; and, with worlds import, the meshes {', '.join(MESH_SUFFIXES)}"
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError
-from swarmscout.worlds.meshes.polygons import Polygons, from_strip, joined, placed
+from swarmscout.worlds.meshes.polygons import Polygons, from_strip, placed
 
 __all__ = ["read_gltf"]
 
