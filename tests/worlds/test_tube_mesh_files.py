@@ -12,7 +12,7 @@ from PIL import Image
 from swarmscout.core.errors import ViewError, WorldError
 from swarmscout.viewing.mesh_picture import mesh_picture
 from swarmscout.worlds import Mesh, TubeParameters, load_world, tube_mesh, write_mesh
-from swarmscout.worlds.meshes import writing
+from swarmscout.worlds.meshes import files, writing
 
 TINY = TubeParameters(size_m=32.0, length_m=25.0, width_m=5.0, braids=0, branches=0, piles=3)
 WORDS = (
@@ -75,8 +75,8 @@ def test_a_full_disk_leaves_no_half_a_file(tiny, tmp_path, monkeypatch):
 
 
 def test_without_the_extra_it_says_how_to_get_it(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr(writing, "find_spec", lambda package: None)
-    with pytest.raises(WorldError, match=r"pip install 'swarmscout\[mesh\]'"):
+    monkeypatch.setattr(files, "find_spec", lambda package: None)
+    with pytest.raises(WorldError, match=r"pip install -e '\.\[mesh\]'"):
         write_mesh(tiny, tmp_path / "cave.ply")
 
 
