@@ -28,7 +28,7 @@ from swarmscout.core.language_model import Reply, Request
 from swarmscout.destinations.llm.dialogue import question
 from swarmscout.destinations.llm.encodings import ENCODINGS
 from swarmscout.destinations.llm.prompts import load_prompt
-from swarmscout.destinations.llm.tokens import estimate_tokens
+from swarmscout.core.tokens import estimate_tokens
 from swarmscout.destinations.registry import RECOMMENDED, make_selector, selectors
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.destinations.view import LeaderView

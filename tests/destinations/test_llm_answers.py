@@ -96,7 +96,7 @@ def test_what_is_no_answer_has_a_name(text: str, name: str) -> None:
     with pytest.raises(InvalidAnswer) as caught:
         read_answer(text)
     assert caught.value.name == name
-    assert caught.value.told
+    assert caught.value.problem
 
 
 @pytest.mark.parametrize(("finish", "name"), [("length", "cut off"), ("filter", "refusal")])

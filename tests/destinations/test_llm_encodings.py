@@ -12,7 +12,7 @@ from swarmscout.core.errors import SelectorError
 from swarmscout.destinations.llm.dialogue import question, schema_of
 from swarmscout.destinations.llm.encodings import ENCODINGS
 from swarmscout.destinations.llm.prompts import load_prompt, named_prompts
-from swarmscout.destinations.llm.tokens import estimate_tokens
+from swarmscout.core.tokens import estimate_tokens
 from swarmscout.destinations.registry import make_selector
 from swarmscout.testing.situations import leader_view, situations
 

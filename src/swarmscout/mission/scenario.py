@@ -6,25 +6,23 @@ named key with its meaning, unit and range below, and ``docs/paper.md`` says why
 
 from __future__ import annotations
 
-import reprlib
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from swarmscout.core.errors import ScenarioError, did_you_mean
+from swarmscout.core.section import Section
+from swarmscout.llm.settings import LlmSettings
 
 __all__ = [
     "BatteryScenario",
     "BodyScenario",
-    "LlmScenario",
     "MapScenario",
     "RenewalScenario",
     "RoutesScenario",
     "Scenario",
     "SensorScenario",
     "TeamsScenario",
-    "what_is_wrong",
 ]
 
 Steps = Annotated[int, Field(ge=0, le=1_000_000_000)]
@@ -32,27 +30,7 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Probability = Annotated[float, Field(gt=0.0, lt=1.0)]
 
 
-class _Section(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=False)
-
-    if not TYPE_CHECKING:  # Type checkers take the fields for the arguments.
-
-        def __init__(self, *wrong: Any, **keys: Any) -> None:
-            name = type(self).__name__
-            if wrong:
-                raise ScenarioError(
-                    f"{name}: give keys by name, as {name}({next(iter(type(self).model_fields))}=…)"
-                )
-            try:
-                super().__init__(**keys)
-            except ValidationError as error:
-                raise ScenarioError(f"{name}: {what_is_wrong(error, type(self))}") from None
-
-        # Sections inside a scenario are checked together with it, not by calling this.
-        __init__.__pydantic_base_init__ = True
-
-
-class BodyScenario(_Section):
+class BodyScenario(Section):
     """A robot's body (paper, "Robot model" and "Task description")."""
 
     radius_m: float = Field(0.15, ge=0.01, le=1.0, description="half of the robot's diameter")
@@ -69,7 +47,7 @@ class BodyScenario(_Section):
     )
 
 
-class SensorScenario(_Section):
+class SensorScenario(Section):
     """The range sensor (paper, "Robot model"): a fan of rays from the robot's centre."""
 
     rays: int = Field(9, ge=1, le=360, description="rays, evenly spaced over the fan")
@@ -84,7 +62,7 @@ class SensorScenario(_Section):
     )
 
 
-class BatteryScenario(_Section):
+class BatteryScenario(Section):
     """Charge, its use and refilling (paper, "Task description": EXP and CHR)."""
 
     enabled: bool = Field(True, description="false: charge never runs out")
@@ -111,7 +89,7 @@ class BatteryScenario(_Section):
         return self
 
 
-class MapScenario(_Section):
+class MapScenario(Section):
     """The occupancy grid (paper, "Robot model"; log-odds after Thrun et al. 2005, ch. 9)."""
 
     cell_m: float = Field(0.5, ge=0.1, le=10.0, description="edge of a cell")
@@ -150,7 +128,7 @@ class MapScenario(_Section):
         return self
 
 
-class RoutesScenario(_Section):
+class RoutesScenario(Section):
     """Routes over the map (paper, "Task description": A* with probability as cost)."""
 
     cost: Literal["length", "probability"] = Field(
@@ -158,7 +136,7 @@ class RoutesScenario(_Section):
     )
 
 
-class TeamsScenario(_Section):
+class TeamsScenario(Section):
     """Team formation (paper, "Decentralized team formation" and "Self-organization")."""
 
     policy: str = Field(
@@ -192,7 +170,7 @@ class TeamsScenario(_Section):
     )
 
 
-class RenewalScenario(_Section):
+class RenewalScenario(Section):
     """When a team's leader chooses a new destination (paper, "Task description")."""
 
     rule: Literal["stale", "reached"] = Field(
@@ -213,44 +191,7 @@ class RenewalScenario(_Section):
     )
 
 
-class LlmScenario(_Section):
-    """The language model that selectors ask which ask one (paper, "LLM-based …"; docs/llm.md).
-
-    Keys of providers come from the environment and stand in no scenario.
-    """
-
-    provider: Literal["auto", "openai", "azure", "server", "embedded"] = Field(
-        "auto", description="who answers; 'auto': whoever the environment names"
-    )
-    model: str = Field("", description="the model's name, or Azure's deployment")
-    base_url: str = Field("", description="address of a compatible server, of Azure's endpoint")
-    api_version: str = Field("", description="Azure's API version")
-    temperature: float = Field(0.0, ge=0.0, le=2.0, description="where the model takes one")
-    structured: Literal["auto", "schema", "off"] = Field(
-        "auto", description="answers by JSON schema: until refused, always, or never"
-    )
-    concurrency: int = Field(8, ge=1, le=256, description="requests under way at once")
-    decision_s: float = Field(60.0, gt=0.0, description="a decision's time, retries included")
-    call_s: float = Field(30.0, gt=0.0, description="one request's time")
-    tries: int = Field(4, ge=1, le=20, description="a failing request is sent so often at most")
-    breaker_failures: int = Field(5, ge=1, description="after so many failures in a row …")
-    breaker_steps: int = Field(20, ge=0, description="… nobody is asked for so many steps")
-    max_calls: int | None = Field(None, ge=0, description="of a mission; then the rule decides")
-    max_tokens: int | None = Field(None, ge=0, description="read and written in a mission")
-    max_cost_usd: float | None = Field(None, ge=0.0, description="of a mission")
-    prices: str = Field("", description="a price table, instead of the package's")
-    cassette: str = Field("", description="a file that keeps requests and replies")
-    mode: Literal["auto", "record", "replay", "refresh"] = Field(
-        "auto", description="what the cassette is for"
-    )
-    embedded_model: str = Field("", description="a GGUF file, instead of the installed model")
-    threads: int = Field(1, ge=1, le=256, description="of the embedded model")
-    latency_steps: int = Field(
-        0, ge=0, description="an answer arrives so many steps later; until then the rule decides"
-    )
-
-
-class Scenario(_Section):
+class Scenario(Section):
     """One mission, completely described.
 
     Example:
@@ -276,40 +217,4 @@ class Scenario(_Section):
     routes: RoutesScenario = RoutesScenario()
     teams: TeamsScenario = TeamsScenario()
     renewal: RenewalScenario = RenewalScenario()
-    llm: LlmScenario = LlmScenario()
-
-
-def what_is_wrong(error: ValidationError, model: type[BaseModel] = Scenario) -> str:
-    """The first thing that is wrong with a scenario's keys, in one line.
-
-    Args:
-        error: what pydantic says.
-        model: of which model, a scenario or a section of it.
-    """
-    problems = error.errors(include_url=False)
-    first = problems[0]
-    key = ".".join(str(part) for part in first["loc"])
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    if first["type"] == "extra_forbidden":
-        section = model
-        for part in first["loc"][:-1]:
-            annotation = section.model_fields[str(part)].annotation
-            assert isinstance(annotation, type)
-            section = annotation
-        name = str(first["loc"][-1])
-        return f"unknown key '{key}': {did_you_mean(name, section.model_fields)}{more}"
-    message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
-    given = first["input"]
-    if first["type"] in ("model_type", "dict_type"):
-        return f"key '{key}' = {reprlib.repr(given)}: it is a section, give its keys{more}"
-    if isinstance(given, dict | BaseModel):
-        return f"section '{key}': {message}{more}" if key else f"{message}{more}"
-    return f"key '{key}' = {_brief(given)}: {message}{more}"
-
-
-def _brief(value: Any) -> str:
-    """A value in a few words: an array's or a frame's repr would fill the screen."""
-    if isinstance(value, str):
-        return repr(value if len(value) <= 100 else f"{value[:100]}…")
-    plain = value is None or isinstance(value, bool | int | float | list | tuple)
-    return reprlib.repr(value) if plain else f"a {type(value).__name__}"
+    llm: LlmSettings = LlmSettings()

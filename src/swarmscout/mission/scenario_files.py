@@ -15,7 +15,8 @@ import tomli_w
 from pydantic import BaseModel, ValidationError
 
 from swarmscout.core.errors import ScenarioError, did_you_mean
-from swarmscout.mission.scenario import Scenario, what_is_wrong
+from swarmscout.core.section import what_is_wrong
+from swarmscout.mission.scenario import Scenario
 
 __all__ = ["load_scenario", "make_scenario", "named_scenarios", "parse_toml", "scenario_toml"]
 
@@ -91,7 +92,7 @@ def make_scenario(
     except ValidationError as error:
         wrong = ".".join(str(part) for part in error.errors(include_url=False)[0]["loc"])
         blamed = next((n for key, n in named.items() if _concerns(key, wrong)), where)
-        raise ScenarioError(f"{blamed}: {what_is_wrong(error)}") from None
+        raise ScenarioError(f"{blamed}: {what_is_wrong(error, Scenario)}") from None
 
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:

@@ -108,7 +108,7 @@ def converse(
         reply = yield request
         if reply.failure in NOT_SENT:
             return Outcome(None, "", tuple(made), reply.failure)
-        cell, reason, told = None, "", ""
+        cell, reason, problem = None, "", ""
         if reply.failure:
             verdict = f"failed: {reply.failure}"
         else:
@@ -117,7 +117,7 @@ def converse(
                 cell, reason = cell_of_answer(answer, encoded, view), answer.reason[:_MOST_WORDS]
                 verdict = "valid"
             except InvalidAnswer as invalid:
-                verdict, told = invalid.name, invalid.told
+                verdict, problem = invalid.name, invalid.problem
         made.append(
             Attempt(
                 number, request, reply, verdict, cell, reason, encoding, prompt.version,
@@ -130,7 +130,7 @@ def converse(
             return Outcome(None, "", tuple(made), reply.failure)
         if prompt.retry.strip():
             said = reply.text.strip()[:_MOST_WORDS] or "(nothing)"
-            again = prompt.filled("retry", problem=told)
+            again = prompt.filled("retry", problem=problem)
             chat = (*messages, Message("assistant", said), Message("user", again))
     return Outcome(None, "", tuple(made), "invalid answers")
 

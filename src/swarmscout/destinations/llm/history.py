@@ -47,15 +47,15 @@ class Remembered:
             outcome = _OUTCOMES.get(view.cause, "given up") if same else "given up"
         return (*self.past[:-1], (step, cell, reason, outcome))
 
-    def told(self, view: LeaderView, decisions: int) -> str:
+    def lines(self, view: LeaderView, decisions: int) -> str:
         """The last decisions as lines of a prompt."""
         if decisions == 0:
             return ""
-        lines = []
+        said = []
         for step, cell, reason, outcome in self.known(view)[-decisions:]:
             why = f" because {reason}" if reason else ""
-            lines.append(f"step {step}: ({cell_name(cell)}){why}: {outcome}")
-        return "\n".join(lines)
+            said.append(f"step {step}: ({cell_name(cell)}){why}: {outcome}")
+        return "\n".join(said)
 
     def after(
         self, view: LeaderView, rule: Any, cell: tuple[int, int], reason: str, decisions: int

@@ -117,7 +117,7 @@ class Llm:
         order = view.rng.permutation(frontiers) if self.shuffle else np.arange(frontiers)
         encode = ENCODINGS[self.encoding]
         encoded = encode(view, self.prompt_tokens, order, self.features)
-        messages = question(view, encoded, self._prompt, kept.told(view, self.history))
+        messages = question(view, encoded, self._prompt, kept.lines(view, self.history))
         outcome = yield from converse(
             view,
             encoded,

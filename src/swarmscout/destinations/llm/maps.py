@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.enums import FREE, OCCUPIED
+from swarmscout.core.tokens import estimate_tokens
 from swarmscout.destinations.llm.prompt_data import (
     Candidate,
     Encoded,
@@ -14,7 +15,6 @@ from swarmscout.destinations.llm.prompt_data import (
     names_of,
 )
 from swarmscout.destinations.llm.tables import encode_frontiers
-from swarmscout.destinations.llm.tokens import estimate_tokens
 from swarmscout.destinations.view import LeaderView
 
 __all__ = ["encode_ascii", "encode_cells", "encode_rows"]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.destinations.llm.tokens import estimate_tokens
+from swarmscout.core.tokens import estimate_tokens
 from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Candidate", "Encoded", "cell_name", "lines_within", "names_of"]

@@ -145,7 +145,7 @@ class LlmShortlist(_Shortlist):
             view,
             encoded,
             self._prompt,
-            question(view, encoded, self._prompt, kept.told(view, self.history)),
+            question(view, encoded, self._prompt, kept.lines(view, self.history)),
             encoding="shortlist",
             brief=True,
             attempts=1 + self.retries,
