@@ -21,7 +21,8 @@ from typing import IO, Any
 
 from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Model, Reply, Request
-from swarmscout.llm.clean import clean_line, clean_reply
+from swarmscout.core.text import clean_line
+from swarmscout.llm.clean import clean_reply
 
 __all__ = ["MODES", "Cassette", "Tape"]
 

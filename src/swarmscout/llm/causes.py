@@ -13,7 +13,7 @@ from typing import Any
 from urllib.parse import urlsplit
 from urllib.request import getproxies, proxy_bypass
 
-from swarmscout.llm.clean import clean_line
+from swarmscout.core.text import clean_line
 from swarmscout.llm.completion import kind_of_status, words_of
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.settings import Endpoint

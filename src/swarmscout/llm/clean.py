@@ -7,34 +7,15 @@ model. Afterwards its texts can be encoded as UTF-8 and printed, and its numbers
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import replace
 from typing import Any
 
 from swarmscout.core.language_model import FAILURES, FINISHES, Reply
+from swarmscout.core.text import MOST_CHARACTERS, clean_line, clean_text
 
-__all__ = ["clean_count", "clean_line", "clean_reply", "clean_text"]
+__all__ = ["clean_count", "clean_reply"]
 
-MOST_CHARACTERS = 200_000
-_LINE = 300
 _MOST_TOKENS = 1_000_000_000
-
-# Control characters but tab and line feed, and the marks that reverse the direction of writing.
-_UNSAFE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
-
-
-def clean_text(text: str) -> str:
-    """A text without control characters and halves of characters, each replaced by U+FFFD."""
-    text = text[:MOST_CHARACTERS].replace("\r\n", "\n").replace("\r", "\n")
-    # JSON may write one character as two escapes; alone, either half is not a character.
-    text = text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
-    return _UNSAFE.sub("\ufffd", text)
-
-
-def clean_line(text: str, longest: int = _LINE) -> str:
-    """A text as one short line."""
-    line = " ".join(clean_text(text[: 20 * longest]).split())
-    return line if len(line) <= longest else f"{line[: longest - 1]}…"
 
 
 def clean_count(value: Any) -> int | None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarmscout.core.language_model import Reply
-from swarmscout.llm.clean import clean_count, clean_line, clean_reply
+from swarmscout.core.text import clean_line
+from swarmscout.llm.clean import clean_count, clean_reply
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.settings import Endpoint
 

@@ -7,6 +7,7 @@ on the answers and never on their speed: a replayed mission decides the same.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -15,8 +16,9 @@ from typing import Any
 
 from swarmscout.core.errors import ModelError, SwarmscoutError
 from swarmscout.core.language_model import Model, Reply, Request
+from swarmscout.core.text import clean_line
 from swarmscout.core.tokens import estimate_tokens
-from swarmscout.llm.clean import clean_line, clean_reply
+from swarmscout.llm.clean import clean_reply
 from swarmscout.llm.settings import LlmSettings
 
 __all__ = ["Dispatcher"]
@@ -48,7 +50,7 @@ class Dispatcher:
         self._cost_usd = 0.0
         self._cost_known = True
         self._failures: Counter[str] = Counter()
-        self._notes: dict[str, None] = {}
+        self._notes: dict[str, str] = {}
         self._in_a_row = 0
         self._paused_until = -1
         self._step = -1
@@ -106,7 +108,7 @@ class Dispatcher:
             "tokens_out": self._tokens_out,
             "cost_usd": round(self._cost_usd, 6) if self._cost_known else None,
             "trouble": self.trouble,
-            **({"notes": "; ".join(self._notes)} if self._notes else {}),
+            **({"notes": "; ".join(self._notes.values())} if self._notes else {}),
         }
 
     def _sized(self, robot: int, request: Request) -> Request:
@@ -152,7 +154,7 @@ class Dispatcher:
         self._paused_until = -1
         self.trouble = ""
         if reply.note and len(self._notes) < _NOTES:
-            self._notes.setdefault(reply.note)
+            self._notes.setdefault(re.sub(r"[\d,.]+", "", reply.note), reply.note)
         read, written = reply.tokens_in, reply.tokens_out
         if read is None:
             read = sum(estimate_tokens(message.text) for message in request.messages)

@@ -18,7 +18,7 @@ from typing import IO
 
 from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Reply, Request
-from swarmscout.llm.clean import clean_line
+from swarmscout.core.text import clean_line
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.installed import model_file
 from swarmscout.llm.openai_model import OpenAIModel

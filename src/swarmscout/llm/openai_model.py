@@ -18,9 +18,9 @@ from urllib.parse import urlsplit
 
 from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Reply, Request
+from swarmscout.core.text import clean_line
 from swarmscout.core.tokens import estimate_tokens
 from swarmscout.llm.causes import all_words, connection_failed, is_loopback, refused
-from swarmscout.llm.clean import clean_line
 from swarmscout.llm.completion import Completion, read_completion
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.request_form import THINKING_TOKENS, RequestForm
@@ -257,7 +257,8 @@ class OpenAIModel:
         if reply.tokens_in is None:
             return ""
         sent = sum(estimate_tokens(message.text) for message in request.messages)
-        if sent < 1000 or reply.tokens_in >= 0.7 * sent:
+        # Below a thousand it is not a context's size, but a count that leaves cached tokens out.
+        if reply.tokens_in < 1000 or reply.tokens_in >= 0.7 * sent:
             return ""
         return (
             f"the server read {reply.tokens_in:,} of about {sent:,} tokens: it cuts prompts off "

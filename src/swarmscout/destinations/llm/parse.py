@@ -17,6 +17,7 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Any
 
+from swarmscout.core.text import clean_line
 from swarmscout.destinations.llm.answer_json import Found, objects_in
 from swarmscout.destinations.llm.answer_text import Unfinished, answer_in, plain_signs
 from swarmscout.destinations.llm.choice_value import (
@@ -41,6 +42,7 @@ _WRAPPERS = (
     "json", "final", "final_answer", "decision", "function", "properties", "content", "tool_call",
     "tool_calls", "choice",
 )  # fmt: skip
+_LONGEST_REASON = 2000
 _ARGUED = {"for", "against", "pro", "con", "pros", "cons"}
 
 _NUMBER = re.compile(r"^[\s\"'`*({\[<]*-?\d+(?:\.\d+)?[\s\"'`*)}\]>.]*$")
@@ -251,4 +253,4 @@ def _object(value: Any) -> dict[str, Any] | None:
 
 def _reason(data: dict[str, Any]) -> str:
     reason = data.get("reason", data.get("why", ""))
-    return " ".join(reason.split()) if isinstance(reason, str) else ""
+    return clean_line(reason, _LONGEST_REASON) if isinstance(reason, str) else ""
