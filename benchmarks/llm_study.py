@@ -288,12 +288,12 @@ def encodings_table(arguments: argparse.Namespace) -> Iterator[Block]:
             views.append(view)
 
     from swarmscout.llm.connect import connect
-    from swarmscout.llm.settings import ModelSettings
+    from swarmscout.llm.settings import LlmSettings
 
     percentiles: dict[str, list[float]] = {"baseline": [], "random": []}
     details: dict[str, list[tuple[bool, bool]]] = {}
     # Views are looked at while their mission stands at their step: maps go on changing.
-    asker = connect(ModelSettings(**embedded(arguments.cassettes / "encodings.jsonl")))
+    asker = connect(LlmSettings(**embedded(arguments.cassettes / "encodings.jsonl")))
     selectors = {
         name: make_selector(
             "llm", {"encoding": name, "shuffle": True, "prompt_tokens": 700, "retries": 0}
