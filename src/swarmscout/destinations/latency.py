@@ -1,6 +1,6 @@
 """Delayed answers: robots follow the rule until the model's choice arrives.
 
-Deviation: in the paper the world stands still while a model thinks; so it does here by default.
+Beyond the paper, in which the world stands still while a model thinks; off by default.
 """
 
 from __future__ import annotations

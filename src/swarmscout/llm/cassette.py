@@ -151,8 +151,9 @@ class Tape:
             try:
                 data, end = _READER.raw_decode(text, at)
             except (ValueError, RecursionError):
-                begun = text.startswith('{"', at) or _BEGINNING.startswith(text[at:])
                 following = text.find(_BEGINNING, at + 1)
+                piece = text[at:] if following < 0 else text[at:following]
+                begun = piece.startswith('{"') or _BEGINNING.startswith(piece)
                 if not begun or (following < 0 and ended and text.endswith('"}')):
                     raise self._damaged(number, "this is not an entry of a cassette") from None
                 if following < 0:

@@ -151,7 +151,7 @@ def _one_of(plain: str) -> Answer:
         return _agreed(plain, found, outright, implied)
     if any(one.data is not None for one in found):
         raise InvalidAnswer("no choice", 'its JSON has no "choice"')
-    if _NUMBER.match(plain[:LONGEST]):
+    if len(plain) <= LONGEST and _NUMBER.match(plain):
         raise InvalidAnswer("bare number", "it is a number, not a coordinate x,y or an id")
     if _REFUSAL.search(plain):
         raise InvalidAnswer("refusal", "it was a refusal")
