@@ -54,7 +54,7 @@ def refused(status: int, body: Any, headers: Mapping[str, str], endpoint: Endpoi
         now_s: the time, in seconds since 1970.
     """
     said = clean_line(endpoint.key.scrubbed(words_of(body)[:2000]), _WORDS)
-    then = f": {said}" if said else ""
+    then = f": {said.rstrip('.')}" if said else ""
     searched = all_words(body)
     wait = retry_after(headers, now_s)
     if is_too_long(status, searched):
