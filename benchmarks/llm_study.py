@@ -25,10 +25,10 @@ from pages import write_section
 from swarmscout import Mission, Scenario, load_world
 from swarmscout.core.enums import UNKNOWN
 from swarmscout.core.language_model import Reply, Request
+from swarmscout.core.tokens import estimate_tokens
 from swarmscout.destinations.llm.dialogue import question
 from swarmscout.destinations.llm.encodings import ENCODINGS
 from swarmscout.destinations.llm.prompts import load_prompt
-from swarmscout.core.tokens import estimate_tokens
 from swarmscout.destinations.registry import RECOMMENDED, make_selector, selectors
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.destinations.view import LeaderView

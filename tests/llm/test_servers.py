@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import signal
 import ssl
 import subprocess
 import threading
@@ -18,11 +19,12 @@ from provider import KEY, completion, serving
 
 from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Message, Reply, Request
+from swarmscout.llm.dispatcher import Dispatcher
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.openai_model import OpenAIModel
 from swarmscout.llm.prices import Prices
 from swarmscout.llm.retry import RetryingModel
-from swarmscout.llm.settings import Endpoint, Secret
+from swarmscout.llm.settings import Endpoint, LlmSettings, Secret
 
 pytest.importorskip("openai")
 
@@ -393,6 +395,35 @@ def test_waiting_for_a_server_ends_with_the_mission() -> None:
         model.close()
         assert ended.wait(1.0)
         thread.join()
+
+
+def test_a_signal_ends_waiting_for_an_answer_at_once() -> None:
+    """The thread that runs the mission is interrupted; nothing that waits outlives it."""
+
+    class Enough(Exception):
+        """Raised by the signal."""
+
+    def stop(number: int, frame: object) -> None:
+        raise Enough
+
+    before = signal.signal(signal.SIGALRM, stop)
+    try:
+        with serving("status:429 45") as server:
+            model = RetryingModel(model_of(server.url), "m", Prices({}))
+            dispatcher = Dispatcher(model, LlmSettings(), "m")
+            signal.setitimer(signal.ITIMER_REAL, 1.0)
+            with pytest.raises(Enough):
+                dispatcher(1, [(robot, ask(str(robot))) for robot in range(4)])
+            began = time.monotonic()
+            dispatcher.close()
+            threads = [t for t in threading.enumerate() if t.name.startswith(("asking", "llm"))]
+            for thread in threads:
+                thread.join(5.0)
+            assert time.monotonic() - began < 1.0
+            assert not any(thread.is_alive() for thread in threads)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_a_cost_is_known_where_tokens_are_not_counted() -> None:

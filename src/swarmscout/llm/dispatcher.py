@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import replace
 from typing import Any
 
@@ -182,6 +182,7 @@ class Dispatcher:
 
 
 def _checked(call: Future[Any], where: str) -> Reply:
+    wait([call])  # What interrupts the waiting is not the model's failure.
     try:
         reply = call.result()
     except SwarmscoutError as error:

@@ -254,11 +254,11 @@ class OpenAIModel:
 
     def _cut_prompt(self, request: Request, reply: Reply) -> str:
         """A note when the server counted far fewer tokens than the prompt has; empty otherwise."""
-        if reply.tokens_in is None:
+        # Below a thousand it is not a context's size, but a count that leaves cached tokens out.
+        if reply.tokens_in is None or reply.tokens_in < 1000:
             return ""
         sent = sum(estimate_tokens(message.text) for message in request.messages)
-        # Below a thousand it is not a context's size, but a count that leaves cached tokens out.
-        if reply.tokens_in < 1000 or reply.tokens_in >= 0.7 * sent:
+        if reply.tokens_in >= 0.7 * sent:
             return ""
         return (
             f"the server read {reply.tokens_in:,} of about {sent:,} tokens: it cuts prompts off "
