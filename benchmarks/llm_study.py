@@ -105,7 +105,7 @@ def tokens_table(arguments: argparse.Namespace) -> Iterator[Block]:
         watched(RECOMMENDED, seed, look, steps=1500, battery={"enabled": False})
     yield Text(
         "Tokens of a whole prompt (gpt-4o's vocabulary), means over up to 20 decisions in maps of "
-        "about so many known cells; 15 robots, world `lava-tube`, features `paper` (`shortlist`: "
+        "about this many known cells; 15 robots, world `lava-tube`, features `paper` (`shortlist`: "
         "`full`)."
     )
     header = ["known cells", *(f"`{name}`" for name in names)]

@@ -58,6 +58,12 @@ GOOD = [
     '<|channel|>analysis<|message|>{"choice": "1,2"}?<|end|><|start|>assistant<|channel|>final'
     '<|message|>{"choice": "12,34", "reason": "near"}<|return|>',
     '{"choice": "12,34", "reason": "near"}<|im_end|>',
+    '{"choice": "12,34" /* x,y */, "reason": "near"}',
+    '{"choice": "12,34", // x,y\n"reason": "near"}',
+    '｛"choice"："12,34"，"reason"："near"｝',
+    '{"decision": "12,34", "reason": "near"}',
+    '{"decision": {"choice": "12,34", "reason": "near"}}',
+    'Team 4: {"choice": "1,2"}\nMine: {"choice": "12,34", "reason": "near"}',
 ]
 
 
@@ -81,6 +87,9 @@ def test_forms_that_mean_one_cell(text: str) -> None:
         "**Choice:** 12,34",
         "<answer>12,34</answer>",
         "choice: 12,34\nreason: near",
+        "The answer is: 12,34",
+        "My choice is 12,34.",
+        "Choice → 12,34",
         "1,2 is blocked.\nFinal answer: 12,34",
         '{"id": "1,2", "for": "near", "against": "crowded"}\nChoice: 12,34',
         'I am at {"x": 1, "y": 2}.\nChoice: 12,34',
@@ -145,6 +154,10 @@ BAD = [
     ("Choice: 1,2 or 3,4", "several answers"),
     ('{"destination": "5,6"}\nChoice: 1,2 or 3,4', "several answers"),
     ('{"choice": "≠7,8"}', "no choice"),
+    ('{"choice": "7,8"} is a bad idea', "no answer"),
+    ('{"choice": "7,8"}? No.', "no answer"),
+    ('I am at {"x": 1, "y": 2}.', "no answer"),
+    ("Choice: 7,8\nNo, wait. I choose 1,2", "several answers"),
     ('{"choice": "no 7,8"}', "no choice"),
     ('{"choice": "7,8?"}', "no choice"),
     ('{"choice": "7,8 (or 9,9)"}', "several answers"),

@@ -1,4 +1,4 @@
-"""Replies made safe to keep and to show, whatever a server or a cassette says.
+"""Replies made safe to keep and to show, regardless of what a server or a cassette says.
 
 Every reply passes here where it comes in: from a provider, from a cassette, from a user's own
 model. Afterwards its texts can be encoded as UTF-8 and printed, and its numbers fit their columns.

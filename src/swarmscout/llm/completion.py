@@ -82,7 +82,7 @@ def read_completion(data: bytes, endpoint: Endpoint) -> Completion:
 
 
 def words_of(body: Any, depth: int = 0) -> str:
-    """The words in an error's body, whatever its form; empty if it has none."""
+    """The words in an error's body, in any of its forms; empty if it has none."""
     if isinstance(body, str):
         return "" if body.lstrip()[:1] == "<" else body
     if depth > _DEEPEST:

@@ -1,8 +1,9 @@
 """JSON objects in a model's text, also where their form is not quite JSON.
 
 Strict JSON is read first. What is almost JSON is repaired: swapped brackets, tuples, trailing
-commas, single or typographic quotes, keys and values without quotes, line ends and stray escapes in
-strings, doubled braces. What is cut off is never completed. The time is linear in the text.
+commas, comments, single or typographic quotes, keys and values without quotes, line ends and stray
+escapes in strings, doubled braces. What is cut off is never completed. The time is linear in the
+text.
 """
 
 from __future__ import annotations
@@ -154,10 +155,18 @@ class _Repair:
             return self._string(at, sign)
         if sign.isspace():
             return at + 1
+        if self._text.startswith(("//", "/*"), at):
+            return self._behind_comment(at)
         if sign in ",:":
             self._out.append(sign)
             return at + 1
         return self._word(at)
+
+    def _behind_comment(self, at: int) -> int:
+        """The place behind a comment."""
+        closer = "\n" if self._text[at + 1] == "/" else "*/"
+        end = self._text.find(closer, at + 2)
+        return len(self._text) if end < 0 else end + len(closer)
 
     def _string(self, start: int, quote: str) -> int:
         """A string; its quote ends it where a value may end, and else belongs to it."""
@@ -183,7 +192,7 @@ class _Repair:
         text = self._text
         while at < len(text) and text[at].isspace():
             at += 1
-        return at == len(text) or text[at] in ",:}])"
+        return at == len(text) or text[at] in ",:}])" or text.startswith(("//", "/*"), at)
 
     def _word(self, at: int) -> int:
         """A key or a value without quotes."""

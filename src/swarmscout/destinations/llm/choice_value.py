@@ -22,7 +22,7 @@ _REMARK = r"(?:[\s*]{0,4}(?:\(.{1,200}\)|(?:[:–—]|-\s|,?\s{0,4}(?:because|si
 _WHOLE = r"([-+]?\d{1,9}(?:\.0{1,9})?)"
 _PAIR = re.compile(
     rf"^{_OPEN}{_KIND}{_OPEN}(?:x\s?[=:]?\s?)?{_WHOLE}\s{{0,4}}[,;/ ]\s{{0,4}}"
-    rf"(?:y\s?[=:]?\s?)?{_WHOLE}(?![\d.]){_CLOSE}(?P<remark>{_REMARK}){_CLOSE}$",
+    rf"(?:y\s?[=:]?\s?)?{_WHOLE}(?!\.?\d){_CLOSE}(?P<remark>{_REMARK}){_CLOSE}$",
     re.IGNORECASE | re.DOTALL,
 )
 _ID = re.compile(

@@ -32,10 +32,12 @@ from swarmscout.destinations.llm.choice_value import (
 __all__ = ["Answer", "InvalidAnswer", "read_answer"]
 
 _OUTRIGHT = (
-    "choice", "chosen", "final_choice", "final_answer", "selected", "selection", "answer"
+    "choice", "chosen", "final_choice", "final_answer", "selected", "selection", "answer",
+    "decision", "chosen_frontier", "selected_frontier", "chosen_id",
 )  # fmt: skip
 _IMPLIED = (
-    "destination", "target", "cell", "frontier", "coordinate", "coordinates", "position", "id"
+    "destination", "next_destination", "target", "goal", "cell", "frontier", "coordinate",
+    "coordinates", "position", "id",
 )  # fmt: skip
 _WRAPPERS = (
     "response", "result", "output", "answer", "arguments", "parameters", "args", "input", "data",
@@ -49,7 +51,7 @@ _NUMBER = re.compile(r"^[\s\"'`*({\[<]*-?\d+(?:\.\d+)?[\s\"'`*)}\]>.]*$")
 _ANY_PAIR = re.compile(r"-?\d{1,9}\s?[,;]\s?-?\d{1,9}")
 _LABEL = re.compile(
     r"^[\s*_#>\-`]{0,8}(?:my\s|the\s)?(?:final\s)?(choice|answer|destination|decision)"
-    r"[\s*_`]{0,4}[:=](.*)$",
+    r"[\s*_`]{0,4}(?:is\b\s{0,4}[:=]?|[:=→]|->)(.*)$",
     re.IGNORECASE | re.DOTALL,
 )
 _BOX = re.compile(r"\\boxed\s?\{(?:\\text\s?\{)?([^{}]{0,100})\}")
@@ -67,7 +69,13 @@ _TAKEN_BACK = re.compile(
 _REJECTED = re.compile(
     r"\b(not|never|avoid|instead of|rather than|don'?t|example|for instance|e\.g\.?|such as|unlike)"
     r"[\s:,*`\"']{0,4}"
-    r"((choose|pick|select|take|use|go to|answer|answering|is|are)[\s:*`\"']{1,4})?$",
+    r"((choose|pick|select|take|use|go to|answer|answering|is|are)[\s:*`\"']{1,4})?$|"
+    r"\b(am|is|are|was) at\s{0,4}$|\b(team|robot) \d{1,5}('s [a-z]{1,20})?[\s:,*]{0,4}$",
+    re.IGNORECASE,
+)
+_JUDGED = re.compile(
+    r"^[\s`*\"']{0,6}(\?\s{0,3}no\b|no\b|(is|was|would be|seems|looks) (a |an )?"
+    r"(bad|wrong|not|blocked|taken|worse|impossible|invalid))",
     re.IGNORECASE,
 )
 
@@ -80,12 +88,14 @@ def read_answer(text: str, finish: str = "stop") -> Answer:
         finish: how it ended, see :class:`swarmscout.core.language_model.Reply`.
 
     Raises:
-        InvalidAnswer: it holds no choice, several, or none that can be told.
+        InvalidAnswer: it holds no choice, several, or an unclear one.
     """
     if finish in ("refusal", "filter"):
         raise InvalidAnswer("refusal", "it was a refusal")
     try:
         plain = answer_in(text)
+        if "｛" in plain:
+            plain = plain_signs(plain)
     except Unfinished:
         raise InvalidAnswer("cut off", "it was cut off while reasoning; be brief") from None
     if finish == "length" and not _is_complete(text, plain):
@@ -170,7 +180,7 @@ def _agreed(
     if len({(answer.point, answer.id.casefold()) for answer in stated}) > 1:
         raise InvalidAnswer("several answers", "it names more than one choice")
     ends = [one.end for one in found if one.data is not None]
-    after = plain[max(ends) :] if ends else ""
+    after = plain[max(ends) :] if ends else _behind_labels(plain)
     if _REFUSAL.search(after):
         raise InvalidAnswer("refusal", "it was a refusal")
     if _TAKEN_BACK.search(after):
@@ -182,10 +192,18 @@ def _agreed(
     return stated[0]
 
 
+def _behind_labels(text: str) -> str:
+    """What follows the last line that states a choice."""
+    lines = text.splitlines()
+    stating = [k for k, line in enumerate(lines) if _LABEL.match(line[:LONGEST])]
+    return "\n".join(lines[stating[-1] + 1 :]) if stating else ""
+
+
 def _rejected(text: str, one: Found) -> bool:
-    """Whether the words right before an object say that it is not the answer."""
+    """Whether the words right before or behind an object say that it is not the answer."""
     before = text[max(0, one.start - 60) : one.start].replace("’", "'")
-    return bool(_REJECTED.search(before.rsplit("\n", 1)[-1]))
+    rejected = _REJECTED.search(before.rsplit("\n", 1)[-1])
+    return bool(rejected or _JUDGED.match(text[one.end : one.end + 60]))
 
 
 def _outside(text: str, found: list[Found]) -> str:
