@@ -107,6 +107,19 @@ def test_the_breaker_pauses_probes_and_closes() -> None:
     asker.close()
 
 
+def test_the_breaker_opens_at_its_number_of_failures_and_probes_with_one_question() -> None:
+    model = Scripted(lambda request: Reply(failure="server error"))
+    asker = Dispatcher(model, LlmSettings(breaker_failures=3, breaker_steps=10), "m")
+    found = [asker(step, questions("a"))[0].failure for step in range(5)]
+    assert found == ["server error"] * 3 + ["paused"] * 2
+    assert [r.failure for r in asker(12, questions("a", "b"))] == ["paused"] * 2
+    assert [r.failure for r in asker(13, questions("a", "b"))] == ["server error", "paused"]
+    assert [r.failure for r in asker(23, questions("a"))] == ["paused"]
+    assert [r.failure for r in asker(24, questions("a"))] == ["server error"]
+    assert model.calls == 5
+    asker.close()
+
+
 def test_a_wrong_key_is_tried_once_and_a_long_prompt_breaks_nothing() -> None:
     model = Scripted(lambda request: Reply(failure="unauthorized", note="no"))
     asker = Dispatcher(model, LlmSettings(), "m")

@@ -111,6 +111,9 @@ def test_keys_are_copied_carelessly() -> None:
 @pytest.mark.parametrize("dummy", ["A", "ollama", "m1", "none", "sk-no-key-required", "EMPTY"])
 def test_a_placeholder_for_a_key_falsifies_no_record(dummy: str) -> None:
     assert Secret(dummy).hidden_in(f"{dummy} is open") == f"{dummy} is open"
+    quoted = f"{dummy}: unknown api-version"
+    if len(dummy) < 12:
+        assert Secret(dummy).scrubbed(quoted) == quoted
     real = "sk-planted-0123456789abcdefghij"
     assert Secret(real).hidden_in(f"{real} is open") == "*** is open"
 

@@ -146,11 +146,15 @@ class Secret:
         return text
 
     def scrubbed(self, text: str) -> str:
-        """An error message without the key, whole or abridged as servers quote it."""
-        if len(self._value) >= 4:
+        """An error message without the key, whole or abridged as servers quote it.
+
+        Short placeholders stay, since messages about a server may contain its name.
+        """
+        least = 8 if any(sign.isdigit() for sign in self._value) else 12
+        if len(self._value) >= least:
             text = text.replace(self._value, "***")
         text = re.sub(r"\b(bearer|basic)\s+[^\s'\",]+", r"\1 ***", text, flags=re.IGNORECASE)
-        return re.sub(r"\b(sk|key|api)-[\w*.-]{6,}", "***", text)
+        return re.sub(r"\b(sk|key|api)-(?=[\w.-]{0,80}[\d*])[\w*.-]{6,}", "***", text)
 
 
 @dataclass(frozen=True, slots=True)
