@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout import Mission, Scenario, load_world
-from swarmscout.destinations.registry import BUILT_IN, make_selector
+from swarmscout.destinations.registry import SELECTORS, make_selector
 
 NAMES = ("lava-tube", "lava-tube-braided", "lava-tube-wide", "lava-maze")
 FIRST_WORLD, FIRST_MISSION = 100, 1000
@@ -204,7 +204,8 @@ def main() -> None:
     unknown = [name for name in names if name not in RANGES]
     if unknown:
         known = ", ".join(RANGES)
-        parser.error(f"nothing to tune in '{unknown[0]}' (of {len(BUILT_IN)} rules): {known}")
+        count = len(SELECTORS.built_in)
+        parser.error(f"nothing to tune in '{unknown[0]}' (of {count} rules): {known}")
     budget = Budget(given.rounds, given.settings, given.missions, given.finals, given.spread)
     with ProcessPoolExecutor(given.jobs) as pool:
         for name in names:

@@ -42,7 +42,7 @@ _COMMANDS = {
     "reproduce": ("reproduce:reproduce", "Reproduce the paper's figures from our own runs."),
     "explain": ("explain:explain", "Show a decision in full: prompt, answer, verdict, choice."),
     "worlds": ("worlds:app", "List, show, import and generate worlds."),
-    "list": ("lists:app", "What there is to choose from: selectors, policies, worlds."),
+    "list": ("lists:app", "What there is to choose from: selectors, policies, sensors, worlds."),
     "models": ("models:app", "Small local language models: list them, install one."),
     "warm": ("warm:warm", "Compile every kernel now, so that no mission waits for it."),
     "doctor": ("doctor:doctor", "Show versions, cores, caches, and what is wrong with them."),

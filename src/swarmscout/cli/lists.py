@@ -29,6 +29,14 @@ def policies() -> None:
 
 
 @app.command
+def sensors() -> None:
+    """Range sensors (explore --set sensor.model=NAME)."""
+    from swarmscout.robots.sensors.registry import SENSORS
+
+    _print(SENSORS.names())
+
+
+@app.command
 def worlds() -> None:
     """Worlds that come with the package (explore --world NAME)."""
     from swarmscout.worlds.catalogue import named_worlds

@@ -17,7 +17,7 @@ from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from swarmscout.core.errors import ModelError
-from swarmscout.core.section import HIDDEN, Section
+from swarmscout.core.parameters import HIDDEN, Parameters
 
 __all__ = [
     "EMBEDDED_MODEL",
@@ -44,7 +44,7 @@ _MOST = 1_000_000_000
 _DAY_S = 86_400.0
 
 
-class LlmSettings(Section):
+class LlmSettings(Parameters):
     """The language model used by LLM-based selectors (paper, "LLM-based …"; docs/llm.md).
 
     API keys are read from the environment and are not part of a scenario.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -20,6 +21,8 @@ from swarmscout.mission.mission import RULES_VERSION
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import load_scenario, make_scenario
 from swarmscout.recording.run_folder import default_name
+from swarmscout.robots.sensors.parameters import sensor_parameters
+from swarmscout.robots.sensors.registry import SENSORS
 from swarmscout.studies.study_file import (
     PATH_KEYS,
     Axis,
@@ -87,6 +90,9 @@ def expand(declared: StudyFile, axes: list[Axis], base: Scenario, folder: Path) 
                 _check_world(first, known_good),
                 _check_rule("destinations", first.destinations, first.selector, known_good),
                 _check_rule("policy", first.teams.policy, first.policy, known_good),
+                _check_rule(
+                    "sensor", first.sensor.model, sensor_parameters(first.sensor), known_good
+                ),
             ]
         except SwarmscoutError as error:
             raise StudyError(f"{_where(axes, values)}: {error}") from None
@@ -147,11 +153,18 @@ def _check_world(scenario: Scenario, known: dict[Any, str]) -> str:
     return known[key]
 
 
+_MAKERS: dict[str, Callable[..., object]] = {
+    "destinations": make_selector,
+    "policy": make_policy,
+    "sensor": SENSORS.make,
+}
+
+
 def _check_rule(kind: str, name: str, parameters: dict[str, Any], known: dict[Any, str]) -> str:
-    """What a selector's or a policy's file holds, as a digest; empty for one that has a name."""
+    """Digest of a selector's, policy's or sensor's file; empty for one that has a name."""
     key = (kind, name, json.dumps(parameters, sort_keys=True, default=str))
     if key not in known:
-        (make_selector if kind == "destinations" else make_policy)(name, parameters)
+        _MAKERS[kind](name, parameters)
         path, colon, _ = name.rpartition(":")
         is_file = colon and path.endswith(".py")
         known[key] = hashlib.sha256(Path(path).read_bytes()).hexdigest() if is_file else ""
@@ -161,7 +174,7 @@ def _check_rule(kind: str, name: str, parameters: dict[str, Any], known: dict[An
 def _name(scenario: Scenario, files: list[str], record: str) -> str:
     """``<world>-<selector>-n<robots>-s<seed>-<digest>``: to be read, and not to be mistaken."""
     data = scenario.model_dump(mode="json")
-    world, selector, policy = files
+    world, selector, policy, sensor = files
     # A file is known by what it holds, and not by where it lies.
     if world:
         data["world"] = world
@@ -169,5 +182,7 @@ def _name(scenario: Scenario, files: list[str], record: str) -> str:
         data["destinations"] = f"{scenario.destinations.rpartition(':')[2]} {selector}"
     if policy:
         data["teams"]["policy"] = f"{scenario.teams.policy.rpartition(':')[2]} {policy}"
+    if sensor:
+        data["sensor"]["model"] = f"{scenario.sensor.model.rpartition(':')[2]} {sensor}"
     told = json.dumps([data, RULES_VERSION, record], sort_keys=True)
     return f"{default_name(scenario)}-{hashlib.sha256(told.encode()).hexdigest()[:12]}"

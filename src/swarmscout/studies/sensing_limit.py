@@ -43,6 +43,17 @@ def _straight_on(minds: object, grids: object, contact: object, action: NDArray[
     action.fill(FORWARD)
 
 
+def _field(reach_m: float) -> World:
+    """Open ground for at least `reach_m` on each side of its middle."""
+    resolution_m = 0.1
+    cells = 2 * int(np.ceil(reach_m / resolution_m))
+    half_m = cells * resolution_m / 2
+    return World(
+        "an open field", np.ones((cells, cells), dtype=np.uint8), resolution_m,
+        (-half_m, -half_m), (0.0, 0.0), np.array([[-half_m + 1.0, -half_m + 1.0]]),
+    )  # fmt: skip
+
+
 @lru_cache(maxsize=64)
 def _measure(body: str, sensor: str, grid: str) -> tuple[float, float]:
     """Area at the start, and per step, in m²; both are means over the headings."""
@@ -58,21 +69,16 @@ def _measure(body: str, sensor: str, grid: str) -> tuple[float, float]:
             "battery": {"enabled": False},
         }
     )
-    reach_m = _LATE * scenario.body.forward_m + scenario.sensor.range_m + 2 * scenario.map.cell_m
-    resolution_m = 0.1
-    cells = 2 * int(np.ceil((reach_m + 2.0) / resolution_m))
-    half_m = cells * resolution_m / 2
-    field = World(
-        "an open field", np.ones((cells, cells), dtype=np.uint8), resolution_m,
-        (-half_m, -half_m), (0.0, 0.0), np.array([[-half_m + 1.0, -half_m + 1.0]]),
-    )  # fmt: skip
+    range_m = Mission(scenario, world=_field(2.0)).sensing.last.max_range_m
+    reach_m = _LATE * scenario.body.forward_m + range_m + 2 * scenario.map.cell_m
+    field = _field(reach_m + 2.0)
     early, late = [], []
     for heading in range(_HEADINGS):
         mission = Mission(scenario, world=field)
         mission.bodies.position[:] = 0.03 * heading  # Off the grid, a little more each time.
         mission.bodies.heading[:] = round((heading + 0.5) * TICKS / _HEADINGS) % TICKS
         # A robot that knows one action.
-        mission.planner.steer = _straight_on  # type: ignore[method-assign]
+        mission.planner.steer = _straight_on  # type: ignore[method-assign,assignment]
         for _ in range(_EARLY):
             mission.step()
         early.append(mission.explored_m2)

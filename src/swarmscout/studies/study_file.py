@@ -35,8 +35,8 @@ __all__ = [
     "study_toml",
 ]
 
-_PARAMETERS = ("selector.", "policy.")
-"""Keys below these are the parameters of the selector, and of the policy of team sizes."""
+_PARAMETERS = ("selector.", "policy.", "sensor.")
+"""Keys below these are the parameters of the selector, the policy of team sizes, the sensor."""
 
 PLACE_KEYS = ("world", "world_seed", "seed")
 """Keys that say where and with which luck a mission runs: pairs agree in them."""
@@ -194,7 +194,7 @@ def study_toml(declared: StudyFile, folder: Path, header: Mapping[str, Any]) -> 
     return tomli_w.dumps({**data, "swarmscout": dict(header)})
 
 
-PATH_KEYS = ("world", "destinations", "teams.policy", "llm.cassette")
+PATH_KEYS = ("world", "destinations", "teams.policy", "sensor.model", "llm.cassette")
 """Keys whose values may name a file."""
 
 
