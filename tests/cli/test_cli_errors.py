@@ -210,6 +210,6 @@ def test_a_full_disk_is_one_line(start: Callable[..., Any], here: Path) -> None:
     child = start("explore", "--robots", "15", "--out", "x", preexec_fn=limit)
     out, err = child.communicate()
     assert child.returncode == 2, out
-    assert err.startswith("error: cannot write 'x/parts/steps-000000.parquet': File too large")
+    assert err.startswith("error: cannot write 'x/parts/000000.zip': File too large")
     assert err.count("\n") == 1
     assert not Run.open(here / "x").finished

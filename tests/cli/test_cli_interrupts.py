@@ -25,7 +25,7 @@ def test_a_signal_keeps_the_run(
     words = ("--robots", "4", "--steps", "1000000", "--destinations", "nearest", "--out", "x")
     child = start("explore", *words, "--set", "battery.enabled=false")
     deadline = time.monotonic() + 120
-    while not (here / "x" / "parts" / "coverage-000000.parquet").exists():
+    while not (here / "x" / "parts" / "000000.zip").exists():
         assert child.poll() is None, child.communicate()
         assert time.monotonic() < deadline
         time.sleep(0.005)

@@ -170,7 +170,7 @@ def hashes(folder: Path) -> dict[str, str]:
     return {
         str(file.relative_to(folder)): hashlib.sha256(file.read_bytes()).hexdigest()
         for file in sorted(folder.rglob("*"))
-        if file.is_file() and file.name not in ("timing.parquet", "scenario.toml")
+        if file.is_file() and file.name not in ("timing.zip", "scenario.toml", "run.json")
     }
 
 

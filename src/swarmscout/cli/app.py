@@ -41,6 +41,7 @@ _COMMANDS = {
     "compare": ("compare:compare", "Put a few runs beside each other."),
     "reproduce": ("reproduce:reproduce", "Reproduce the paper's figures from our own runs."),
     "explain": ("explain:explain", "Show a decision in full: prompt, answer, verdict, choice."),
+    "verify": ("verify:verify", "Check that a run is what was written, every file of it."),
     "worlds": ("worlds:app", "List, show, import and generate worlds."),
     "list": ("lists:app", "What there is to choose from: selectors, policies, sensors, worlds."),
     "models": ("models:app", "Small local language models: list them, install one."),

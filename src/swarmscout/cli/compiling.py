@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +79,7 @@ def uncompiled_kernels() -> list[str]:
     """Names of the kernels that are imported and have no up-to-date file in Numba's cache."""
     from swarmscout.core.jit import kernels
 
-    return [name for name, compiled in kernels.items() if not _is_cached(compiled)]
+    return [name for name, compiled in kernels.items() if not compiled._cache.is_filled()]
 
 
 def cache_folders() -> list[Path]:
@@ -89,15 +87,3 @@ def cache_folders() -> list[Path]:
     from swarmscout.core.jit import kernels
 
     return sorted({Path(compiled.stats.cache_path) for compiled in kernels.values()})
-
-
-def _is_cached(compiled: Any) -> bool:
-    """Whether Numba's cache holds a kernel as its source is now."""
-    try:
-        # Numba compares the source's stamp itself; it says so nowhere in public.
-        return bool(compiled._cache._cache_file._load_index())
-    except AttributeError:
-        source = Path(inspect.getfile(compiled.py_func))
-        python = f"py{sys.version_info.major}{sys.version_info.minor}"
-        pattern = f"{source.stem}.{compiled.py_func.__qualname__}-*.{python}*.nbi"
-        return any(Path(compiled.stats.cache_path).glob(pattern))

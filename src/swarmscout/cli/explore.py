@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -79,6 +80,7 @@ def explore(
     from swarmscout.cli.summary import summary_lines
     from swarmscout.core.errors import ScenarioError, SwarmscoutError
     from swarmscout.mission.scenario_files import load_scenario
+    from swarmscout.recording.rerun import check_rerun, run_behind
     from swarmscout.recording.run_folder import release_folder
 
     options = {
@@ -100,6 +102,10 @@ def explore(
             other = f"another --set {key}=…" if origins[key] == "--set" else origins[key]
             raise ScenarioError(f"--set {text} and {other} are both given: leave one of them out")
         overrides[key], origins[key] = value, "--set"
+    recorded = run_behind(scenario)
+    if recorded is not None:
+        for line in check_rerun(recorded, overrides):
+            print(f"note: {line}", file=sys.stderr)
     chosen = load_scenario(scenario, overrides, origins=origins)
     if record_rrd is not None:
         _check_rrd(record_rrd, record)

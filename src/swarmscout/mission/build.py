@@ -34,6 +34,7 @@ from swarmscout.planning.routes import Planner, Vehicle
 from swarmscout.robots.battery import CHARGER
 from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
 from swarmscout.robots.motion import Motion
+from swarmscout.robots.radio.parameters import radio_parameters
 from swarmscout.robots.radio.radio import Radio, ScriptedRadio
 from swarmscout.robots.radio.registry import RADIOS
 from swarmscout.robots.sensors.parameters import sensor_parameters
@@ -70,6 +71,7 @@ __all__ = [
     "make_motion",
     "make_planner",
     "make_radio",
+    "make_rule",
     "make_sensing",
     "return_reserve",
 ]
@@ -274,7 +276,7 @@ def make_destinations(
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
     """
     name = scenario.destinations
-    rule = _fitting(selector or SELECTORS.make(name, scenario.selector, base), scenario)
+    rule = _fitting(selector, scenario) if selector else make_rule(scenario, base)
     setting = Setting(
         scenario.seed,
         scenario.robots,
@@ -285,6 +287,15 @@ def make_destinations(
         scenario.teams.position == "center",
     )
     return Destinations(rule, rule_name(name), scenario.renewal, scenario.teams, setting)
+
+
+def make_rule(scenario: Scenario, base: Path | None) -> Selector:
+    """The selector that a scenario names, its prompts short enough for the model that is asked.
+
+    Raises:
+        SelectorError: there is no such selector, or it does not take the scenario's parameters.
+    """
+    return _fitting(SELECTORS.make(scenario.destinations, scenario.selector, base), scenario)
 
 
 def make_radio(
@@ -306,9 +317,7 @@ def make_radio(
         return ScriptedRadio(links)
     if radio is not None:
         return radio
-    section = scenario.radio
-    parameters = {"range_m": section.range_m} if section.model == "disc" else section.parameters
-    return RADIOS.make(section.model, parameters, base)
+    return RADIOS.make(scenario.radio.model, radio_parameters(scenario.radio), base)
 
 
 def make_formation(scenario: Scenario) -> TeamFormation:
@@ -353,12 +362,11 @@ def make_judge(ground: World, scenario: Scenario, frame: GridFrame, bodies: Bodi
     return Judge(truth, bodies, body.forward_m, (model.lowest, model.highest))
 
 
-def make_charger(scenario: Scenario) -> np.void:
-    """CHARGER, see ``robots.battery``."""
+def make_charger(scenario: Scenario) -> NDArray[np.void]:
+    """CHARGER[1], see ``robots.battery``."""
     battery = scenario.battery
     values = battery.capacity_steps, battery.charge_per_step, battery.station_range_m
-    charger: np.void = np.array([values], dtype=CHARGER)[0]
-    return charger
+    return np.array([values], dtype=CHARGER)
 
 
 def make_desired_sizes(

@@ -68,6 +68,7 @@ class Mission:
             (:class:`~swarmscout.comms.knowledge.Knowledge`).
         map, map_of: what the swarm knows together, and what one robot knows.
         own_maps: whether maps of robots can differ.
+        by_hand: which arguments were given that no scenario can name: ``links``, ``model``.
         stations_m: float64[k, 2], charging stations.
         step_number: steps made so far. explored_m2: area explored so far.
         done, end_reason: whether the mission is over, and why (None until then).
@@ -137,6 +138,8 @@ class Mission:
         self.step_number = 0
         self.end_reason: str | None = None
         self._hand_check = HandCheck(ground, self.frame.size)
+        given = {"links": links, "model": model}
+        self.by_hand = tuple(name for name, value in given.items() if value is not None)
         self._recorder = recorder
         if recorder is not None:
             recorder.begin(self)

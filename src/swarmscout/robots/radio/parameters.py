@@ -8,7 +8,7 @@ from pydantic import Field
 
 from swarmscout.core.parameters import Parameters
 
-__all__ = ["RadioParameters"]
+__all__ = ["RadioParameters", "radio_parameters"]
 
 
 class RadioParameters(Parameters):
@@ -21,3 +21,12 @@ class RadioParameters(Parameters):
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="parameters of a radio from a file or another package"
     )
+
+
+def radio_parameters(given: RadioParameters) -> dict[str, Any]:
+    """What a radio's class is made with.
+
+    Args:
+        given: the section ``[radio]``.
+    """
+    return {"range_m": given.range_m} if given.model == "disc" else dict(given.parameters)

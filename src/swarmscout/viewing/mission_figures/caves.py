@@ -6,10 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from swarmscout.viewing.figures.maps import draw_map, title_of
-from swarmscout.viewing.figures.style import PAGE_INCHES
-from swarmscout.viewing.figures.swarm import draw_swarm
-from swarmscout.viewing.overview import LIGHT, Overview
+from swarmscout.viewing.drawing import (
+    PAGE_INCHES,
+    add_legend,
+    draw_map,
+    draw_swarm,
+    round_length,
+)
+from swarmscout.viewing.mission_figures.maps import title_of
+from swarmscout.viewing.overview import Overview
+from swarmscout.viewing.palette import LIGHT
 from swarmscout.viewing.relief import relief_of
 from swarmscout.viewing.replay import Moment, Replay
 
@@ -20,7 +26,8 @@ if TYPE_CHECKING:
 __all__ = ["cave_and_map", "cave_overview"]
 
 PIXELS = 1600
-"""Pixels across the picture of the cave."""
+"""Width of the picture of the cave, in pixels."""
+PAPER = "#ffffff"
 
 
 def cave_overview(replay: Replay, step: int) -> Figure:
@@ -33,7 +40,7 @@ def cave_overview(replay: Replay, step: int) -> Figure:
     figure = Figure(figsize=(PAGE_INCHES, height), layout="constrained")
     axes = figure.add_subplot()
     _draw(axes, replay, moment, view, size=3.4)
-    figure.legend(loc="outside lower center", ncols=7, handletextpad=0.2, columnspacing=1.0)
+    add_legend(figure, axes, 7, cells=False)
     return figure
 
 
@@ -43,28 +50,23 @@ def cave_and_map(replay: Replay, step: int) -> Figure:
 
     left, right, bottom, top = replay.window()
     aspect = (top - bottom) / (right - left)
-    map_share = 1.0 / (1.0 + min(max(1.4 * aspect, 1.0), 2.2))
     moment = replay.moment(step)
-    height = min(4.2, max(2.6, map_share * PAGE_INCHES * aspect + 0.9))
-    wide = int(PIXELS * (1 - map_share))
-    view = _view(replay, wide, int(wide * (height - 0.9) / (PAGE_INCHES * (1 - map_share))))
-    figure = Figure(figsize=(PAGE_INCHES, height), layout="constrained")
-    cave, chart = figure.subplots(1, 2, width_ratios=[1 - map_share, map_share])
+    room = min(4.6, max(1.7, 0.5 * PAGE_INCHES * aspect))
+    view = _view(replay, PIXELS // 2, int(PIXELS * room / PAGE_INCHES))
+    figure = Figure(figsize=(PAGE_INCHES, room + 0.9), layout="constrained")
+    cave, chart = figure.subplots(1, 2)
     _draw(cave, replay, moment, view, size=3.4)
     draw_map(chart, replay, moment, size=3.0)
     chart.set(xlabel="x (m)", ylabel="y (m)")
     figure.suptitle(title_of(replay, moment), fontsize=8.5)
-    handles = chart.get_legend_handles_labels()
-    figure.legend(
-        *handles, loc="outside lower center", ncols=7, handletextpad=0.2, columnspacing=1.0
-    )
+    add_legend(figure, chart, 6)
     return figure
 
 
 def _view(replay: Replay, width: int, height: int, *, whole: bool = False) -> Overview:
     relief = relief_of(replay.run.world())
     window = replay.run.frame.extent if whole else replay.window()
-    return Overview(relief, window, width, height, replay.run.frame, LIGHT)
+    return Overview(relief, window, width, height, replay.run.frame, LIGHT, PAPER)
 
 
 def _draw(axes: Axes, replay: Replay, moment: Moment, view: Overview, size: float) -> None:
@@ -82,3 +84,19 @@ def _draw(axes: Axes, replay: Replay, moment: Moment, view: Overview, size: floa
     )  # fmt: skip
     axes.set(xlim=(x0 - 6, x1 + 6), ylim=(y1 + 6, y0 - 6), aspect="equal")
     axes.set_axis_off()
+    _draw_north_and_scale(axes, (x0, y0, x1, y1), view.scale)
+
+
+def _draw_north_and_scale(axes: Axes, box: tuple[int, int, int, int], scale: float) -> None:
+    """North is up in the whole picture; the scale holds for its horizontal."""
+    x0, y0, x1, y1 = box
+    length = round_length(0.25 * (x1 - x0) / scale)
+    axes.plot((x0, x0 + length * scale), (y1, y1), color=LIGHT.text, linewidth=1.6, clip_on=False)
+    axes.annotate(
+        f"{length:g} m", (x0, y1), xytext=(0, 3), textcoords="offset points", fontsize=7,
+        color=LIGHT.text,
+    )  # fmt: skip
+    axes.annotate(
+        "N", (x0 + 12, y0), xytext=(0, -22), textcoords="offset points", ha="center", fontsize=7,
+        color=LIGHT.text, arrowprops={"arrowstyle": "->", "color": LIGHT.text},
+    )  # fmt: skip
