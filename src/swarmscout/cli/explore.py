@@ -144,7 +144,7 @@ def explore(
             page.close_unless_over()
     for line in summary_lines(run):
         print(line)
-    say_trouble(run.summary)
+    code = say_trouble(run.summary)
     print(f"run: {folder}")
     if picture:
         print(f"picture: {_draw(run, folder)}")
@@ -155,7 +155,7 @@ def explore(
     say_others(run.scenario)
     if page is not None:
         page.stay()
-    return 0
+    return code
 
 
 def _check_rrd(file: Path, record: str) -> None:
