@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -41,6 +44,9 @@ def test_a_signal_keeps_the_run(
     )
     assert run.steps.equals(whole.steps)
     assert run.coverage.equals(whole.coverage.filter(pl.col("step") <= run.last_step))
+
+
+WORDS = {signal.SIGINT: "interrupted\n", signal.SIGTERM: "terminated\n"}
 
 
 def test_outside_a_mission_signals_end_at_once() -> None:
@@ -124,6 +130,64 @@ def test_an_interrupt_while_loading_is_one_line(
     assert child.returncode == 130
     assert err.startswith("interrupted")
     assert err.count("\n") == 1
+
+
+def test_before_the_first_step_is_over_a_signal_does_not_wait() -> None:
+    with pytest.raises(Interrupted), between_steps():
+        signal.raise_signal(signal.SIGTERM)  # A kernel is being compiled, for example.
+
+
+def test_a_step_that_goes_on_is_broken_off() -> None:
+    began = time.monotonic()
+    with pytest.raises(Interrupted) as caught, between_steps() as check:
+        check()
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(60)  # A model thinks, for example.
+    assert caught.value.signal == signal.SIGINT
+    assert time.monotonic() - began < 30
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+# A mutex that is locked twice: compiled code that does not return, so Python runs no handler.
+STUCK = """
+import ctypes, sys
+import swarmscout.__main__, swarmscout.cli.app
+def stuck(*_, **__):
+    mutex, library = ctypes.create_string_buffer(64), ctypes.CDLL(None)
+    library.pthread_mutex_lock(mutex)
+    print("stuck", flush=True)
+    library.pthread_mutex_lock(mutex)
+swarmscout.cli.app.app = stuck
+sys.exit(swarmscout.__main__.main())
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("signals", [1, 2])
+def test_compiled_code_that_does_not_return_is_ended(
+    here: Path, number: signal.Signals, signals: int
+) -> None:
+    child = subprocess.Popen(
+        [sys.executable, "-c", STUCK], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert child.stdout is not None
+    assert child.stdout.readline() == "stuck\n"
+    for _ in range(signals):
+        child.send_signal(number)
+        time.sleep(0.3)
+    _, err = child.communicate(timeout=60)
+    assert (child.returncode, err) == (128 + number, WORDS[number])
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_map_that_never_comes(start: Callable[..., Any], here: Path, number: int) -> None:
+    os.mkfifo("f.npy")
+    child = start("explore", "--world", "f.npy", "--out", "x")
+    time.sleep(3)
+    child.send_signal(number)
+    _, err = child.communicate(timeout=60)
+    assert (child.returncode, err) == (128 + number, WORDS[number])
+    assert not (here / "x").exists()
 
 
 def test_an_interrupt_before_the_mission_leaves_nothing(
