@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Model
+from swarmscout.core.paths import expanded
 from swarmscout.llm.cassette import Cassette, Tape
 from swarmscout.llm.dispatcher import Asker, Limits
 from swarmscout.llm.embedded import Embedded, servers_at_once
@@ -47,7 +47,7 @@ def connect(
         if model is None:
             model, name = make_model(settings, environ)
         return Asker(model, _limits(settings), name)
-    path = Path(settings.cassette)
+    path = expanded(settings.cassette)
     if settings.mode == "replay" and not path.exists():
         raise ModelError(f"cassette '{path}' does not exist: nothing can be replayed")
     tape = Tape(path)

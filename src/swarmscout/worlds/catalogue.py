@@ -11,6 +11,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from swarmscout.core.errors import WorldError, did_you_mean
+from swarmscout.core.paths import expanded
 from swarmscout.worlds.arrays import load_array, with_places
 from swarmscout.worlds.folder import WORLD_FILE, load_folder
 from swarmscout.worlds.images import IMAGE_SUFFIXES, load_image
@@ -124,7 +125,7 @@ def _named(name: str, seed: int | None, resolution_m: float | None, cell_m: floa
 
 def _find(what: str | Path, base: Path | None) -> Path:
     """The file or folder that is meant."""
-    given = Path(what).expanduser()
+    given = expanded(what)
     tried = [given] if base is None or given.is_absolute() else [base / given, given]
     for path in tried:
         with suppress(OSError, ValueError):  # No path at all: too long, or with a NUL in it.
