@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Protocol
 
 from swarmscout.core.errors import StudyError
+from swarmscout.core.extras import install_command
 
 __all__ = ["DaskEngine", "Engine", "LocalEngine"]
 
@@ -106,7 +107,7 @@ class DaskEngine:
             from distributed import Client
         except ImportError:
             raise StudyError(
-                "--engine dask needs dask.distributed: pip install 'swarmscout[cluster]'"
+                f"--engine dask needs dask.distributed: {install_command('cluster')}"
             ) from None
         self._width = 1
         self._asked = float("-inf")

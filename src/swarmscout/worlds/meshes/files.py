@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError
+from swarmscout.core.extras import install_command
 
 __all__ = ["MESH_SUFFIXES", "MeshFile", "read_mesh_file"]
 
@@ -82,7 +83,7 @@ def _scene(path: Path, packed: bytes) -> Any:
             import collada  # noqa: F401 - trimesh would only say that it knows no such file.
     except ImportError:
         raise WorldError(
-            f"mesh '{path}': reading meshes needs an extra: pip install 'swarmscout[mesh]'"
+            f"mesh '{path}': reading meshes needs an extra: {install_command('mesh')}"
         ) from None
     # A missing texture is no trouble here; trimesh would print a warning for each.
     log = logging.getLogger("trimesh")

@@ -9,6 +9,7 @@ from importlib.util import find_spec
 import numpy as np
 
 from swarmscout.core.errors import WorldError
+from swarmscout.core.extras import install_command
 from swarmscout.worlds.meshes.blocks import breakdown_blocks
 from swarmscout.worlds.meshes.decimation import decimated
 from swarmscout.worlds.meshes.mesh import Mesh
@@ -39,7 +40,7 @@ def check_tube_mesh(mesh_resolution_m: float = 0.2, skylights: int = 0) -> None:
     if not 0 <= skylights <= _MOST_SKYLIGHTS:
         raise WorldError(f"skylights = {skylights}: expected 0 to {_MOST_SKYLIGHTS}")
     if any(find_spec(package) is None for package in ("skimage", "fast_simplification")):
-        raise WorldError("making a mesh needs an extra: pip install 'swarmscout[mesh]'")
+        raise WorldError(f"making a mesh needs an extra: {install_command('mesh')}")
 
 
 def tube_mesh(

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from swarmscout.core.errors import WorldError
+from swarmscout.core.extras import install_command
 from swarmscout.worlds.meshes.mesh import Mesh
 
 __all__ = ["MESH_SUFFIXES", "check_mesh_file", "write_mesh"]
@@ -44,7 +45,7 @@ def check_mesh_file(path: Path | str) -> Path:
     if not os.access(file.parent, os.W_OK | os.X_OK):
         raise WorldError(f"mesh '{file}': no permission to write into '{file.parent}'")
     if find_spec("trimesh") is None:
-        raise WorldError("writing a mesh needs an extra: pip install 'swarmscout[mesh]'")
+        raise WorldError(f"writing a mesh needs an extra: {install_command('mesh')}")
     return file
 
 
