@@ -12,10 +12,13 @@ export SWARMSCOUT_EXTRA_WORLDS ?=
 
 .PHONY: demo test test-llm package test-wheel test-pythons test-quick benchmark results clean
 
-demo: $(VENV)/installed
+# A small mission, so that it takes two or three minutes; no time limit changes a decision.
+demo: $(VENV)/created
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[local-llm]'
+	touch $(VENV)/installed
 	$(BIN)/swarmscout models install smollm2
-	$(BIN)/swarmscout explore --destinations llm-shortlist --llm embedded --set llm.threads=2
+	$(BIN)/swarmscout explore --destinations llm-shortlist --llm embedded --robots 10 --steps 200 \
+	    --set llm.threads=2 --set llm.decision_s=900 --set llm.call_s=900 --page
 
 test: $(VENV)/developed
 	$(BIN)/ruff check .

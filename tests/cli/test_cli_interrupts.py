@@ -69,6 +69,27 @@ def test_inside_a_mission_a_signal_waits_and_a_second_does_not() -> None:
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_a_signal_that_is_sent_twice_at_once_is_one() -> None:
+    with between_steps() as check:
+        check()
+        signal.raise_signal(signal.SIGTERM)  # ``timeout`` signals the process,
+        signal.raise_signal(signal.SIGTERM)  # and then its group.
+        with pytest.raises(Interrupted):
+            check()
+    closed = []
+
+    def mission() -> None:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        finally:
+            signal.raise_signal(signal.SIGINT)
+            closed.append("a file")
+
+    with pytest.raises(Interrupted), interruptible():
+        mission()
+    assert closed
+
+
 def test_a_library_may_turn_an_interrupt_into_its_own_error() -> None:
     def half_an_import() -> None:
         try:
@@ -175,7 +196,7 @@ def test_compiled_code_that_does_not_return_is_ended(
     assert child.stdout.readline() == "stuck\n"
     for _ in range(signals):
         child.send_signal(number)
-        time.sleep(0.3)
+        time.sleep(0.5)
     _, err = child.communicate(timeout=60)
     assert (child.returncode, err) == (128 + number, WORDS[number])
 

@@ -24,8 +24,10 @@ _STEP_S = 1.0  # How long a step may go on after a signal.
 _STUCK_S = 2.7  # How long compiled code may keep Python from hearing it.
 _CLEANUP_S = 10.0  # How long files may be closed after it was heard.
 _SECOND_S = 0.3  # How long they may be closed after a second one.
+_ECHO_S = 0.25  # ``timeout`` and schedulers signal a process and its group: one signal, sent twice.
 # Signals that arrived inside the outermost `interruptible`, each of which raised where it arrived.
 _arrived: list[int] = []
+_last_s: dict[int, float] = {}  # When each signal arrived last.
 
 
 class Interrupted(BaseException):
@@ -55,9 +57,11 @@ def interruptible() -> Iterator[None]:
     """
 
     def stop(number: int, _: FrameType | None) -> None:
-        _arrived.append(number)
-        raise Interrupted(number)
+        if not _is_echo(number):
+            _arrived.append(number)
+            raise Interrupted(number)
 
+    _last_s.clear()
     earlier = len(_arrived)
     report = sys.unraisablehook
     sys.unraisablehook = _unless_interrupted(report)
@@ -71,6 +75,13 @@ def interruptible() -> Iterator[None]:
     finally:
         sys.unraisablehook = report
         del _arrived[earlier:]
+
+
+def _is_echo(number: int) -> bool:
+    now = time.monotonic()
+    echo = now - _last_s.get(number, -1.0) < _ECHO_S
+    _last_s[number] = now
+    return echo
 
 
 def _raise_if_any(signals: list[int]) -> None:
@@ -102,6 +113,8 @@ def between_steps() -> Iterator[Callable[[], None]]:
     begun = False
 
     def stop(number: int, _: FrameType | None) -> None:
+        if _is_echo(number):
+            return
         waiting.append(number)
         if len(waiting) > 1 or not begun:
             raise Interrupted(number)
@@ -114,6 +127,7 @@ def between_steps() -> Iterator[Callable[[], None]]:
         _raise_if_any(waiting)
 
     _raise_if_any(waiting)
+    _last_s.clear()
     alarm = signal.SIGALRM if hasattr(signal, "SIGALRM") else None
     alarms = () if alarm is None else (alarm,)
     with _installed(stop), _installed(lambda *_: _raise_if_any(waiting), alarms):
@@ -150,6 +164,9 @@ def _watch(reader: int) -> None:
     """End the process in time; the first signal starts the clock."""
     number = _next_signal(reader, None)
     arrived_s = time.monotonic()
+    time.sleep(_ECHO_S)
+    while _next_signal(reader, 0.0) == number:
+        pass
     while True:
         if _next_signal(reader, 0.1):
             time.sleep(_SECOND_S)
