@@ -1,4 +1,4 @@
-"""Whatever a user does wrong is one line, and costs nobody's data."""
+"""Each mistake of a user is reported in one line, and no data is lost."""
 
 from __future__ import annotations
 

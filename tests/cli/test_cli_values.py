@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from swarmscout import Run, Scenario
-from swarmscout.cli.values import with_negative_values
+from swarmscout.cli.values import with_values_joined
 from swarmscout.core.errors import SwarmscoutError
 from swarmscout.core.paths import expanded
 
@@ -62,13 +62,16 @@ def test_a_dollar_or_tilde_within_a_name_stays(home: Path) -> None:
         (["--start", "-10,2"], ["--start=-10,2"]),
         (["--start", "-.5,-2,-1"], ["--start=-.5,-2,-1"]),
         (["--station", "-1,0", "--station", "2,3"], ["--station=-1,0", "--station", "2,3"]),
+        (["doctor", "--llm"], ["doctor", "--llm=auto"]),
+        (["--llm", "--llm-model", "m"], ["--llm=auto", "--llm-model", "m"]),
+        (["--llm", "embedded"], ["--llm", "embedded"]),
         (["-n", "-5"], ["-n=-5"]),
         (["--set", "body.radius_m=-1", "-q"], ["--set", "body.radius_m=-1", "-q"]),
         (["--browser", "--no-picture"], ["--browser", "--no-picture"]),
     ],
 )
 def test_values_below_zero_belong_to_their_option(words: list[str], joined: list[str]) -> None:
-    assert with_negative_values(words) == joined
+    assert with_values_joined(words) == joined
 
 
 def test_places_below_zero(command: Command, home: Path) -> None:

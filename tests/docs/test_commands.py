@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from swarmscout.cli.app import app, main
-from swarmscout.cli.values import with_negative_values
+from swarmscout.cli.values import with_values_joined
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "examples/README.md"]
@@ -40,9 +40,7 @@ def commands(page: Path) -> list[str]:
     ids=lambda value: value.name if isinstance(value, Path) else value,
 )
 def test_a_command_is_valid(page: Path, command: str) -> None:
-    app.parse_args(
-        with_negative_values(shlex.split(command)), exit_on_error=False, print_error=False
-    )
+    app.parse_args(with_values_joined(shlex.split(command)), exit_on_error=False, print_error=False)
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from swarmscout.cli.help_format import TwoColumns
 from swarmscout.cli.interrupts import Interrupted, interruptible
-from swarmscout.cli.values import convert_value, with_negative_values
+from swarmscout.cli.values import convert_value, with_values_joined
 
 __all__ = ["app", "main"]
 
@@ -78,7 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit code: 0; 2 for what a user can correct; 130 or 143 after an interrupt; 1 for a
         defect of the package. ``SWARMSCOUT_DEBUG=1`` shows tracebacks.
     """
-    tokens = with_negative_values(sys.argv[1:] if argv is None else argv)
+    tokens = with_values_joined(sys.argv[1:] if argv is None else argv)
     # A stream is None where the shell has closed it (``>&-``).
     sys.stdout = sys.stdout or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from cyclopts import Token
 
-__all__ = ["convert_value", "with_negative_values"]
+__all__ = ["convert_value", "with_values_joined"]
 
 _OPTION = re.compile(r"--[a-z][a-z-]*|-[a-z]")
 _NEGATIVE = re.compile(r"-\.?\d\S*")
@@ -42,16 +42,20 @@ def convert_value(kind: Any, tokens: Sequence[Token]) -> Any:
     return convert(kind, tokens)
 
 
-def with_negative_values(words: Sequence[str]) -> list[str]:
+def with_values_joined(words: Sequence[str]) -> list[str]:
     """Join an option and a value such as ``-10,2``, which would be taken for an option.
 
+    ``--llm`` without a value gets the value ``auto``.
+
     Example:
-        >>> with_negative_values(["--start", "-10,2", "--no-picture"])
-        ['--start=-10,2', '--no-picture']
+        >>> with_values_joined(["--start", "-10,2", "--llm", "--no-picture"])
+        ['--start=-10,2', '--llm=auto', '--no-picture']
     """
     joined: list[str] = []
-    for word in words:
-        if joined and _OPTION.fullmatch(joined[-1]) and _NEGATIVE.fullmatch(word):
+    for word, following in zip(words, [*words[1:], "-"], strict=True):
+        if word == "--llm" and following.startswith("-"):
+            joined.append("--llm=auto")
+        elif joined and _OPTION.fullmatch(joined[-1]) and _NEGATIVE.fullmatch(word):
             joined[-1] = f"{joined[-1]}={word}"
         else:
             joined.append(word)
