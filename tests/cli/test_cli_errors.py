@@ -41,6 +41,8 @@ MISTAKES = [
     (["explore", "--set", "robots.few=3"], "'robots' is not a section"),
     (["explore", "--set", "sensor.range_m=nan"], "sensor.range_m"),
     (["explore", "--set", "map.p_free=0.9"], "p_free"),
+    (["explore", "--set", "map.p_free=0.4999"], "p_free = 0.4999 says next to nothing"),
+    (["explore", "--set", "map.p_occupied=0.5001"], "p_occupied = 0.5001 says next to nothing"),
     (["explore", "--seed", "1.5"], 'unable to convert "1.5" into int: expected a whole number'),
     (["explore", "--robots", "1e3"], "--robots"),
     (["explore", "--steps", "2.5"], "--steps"),

@@ -107,7 +107,7 @@ def explore(
             if view:
                 live = _live(folder.name, host=host, port=port, browser=browser, pace=pace)
             run = _run(chosen, folder, record, live)
-            _report(run, folder, picture=picture, page=page, record_rrd=record_rrd)
+            code = _report(run, folder, picture=picture, page=page, record_rrd=record_rrd)
     finally:
         release_folder(folder)  # Only if nothing was written into it.
         if live is not None:
@@ -116,7 +116,7 @@ def explore(
         _print_json(run, folder)
     if live is not None:
         live.stay()
-    return 0
+    return code
 
 
 def _with_set(
@@ -189,8 +189,9 @@ def _run(chosen: Scenario, folder: Path, record: str, live: Watching | None) -> 
         raise type(error)(f"{error}{_kept(folder)}") from error
 
 
-def _report(run: Run, folder: Path, *, picture: bool, page: bool, record_rrd: Path | None) -> None:
-    """Print the summary and which files were written."""
+def _report(run: Run, folder: Path, *, picture: bool, page: bool, record_rrd: Path | None) -> int:
+    """Print the summary and which files were written; return the exit code."""
+    code = 0
     from swarmscout.cli.llm_options import say_others, say_trouble
     from swarmscout.cli.summary import summary_lines
 
@@ -213,6 +214,7 @@ def _report(run: Run, folder: Path, *, picture: bool, page: bool, record_rrd: Pa
     else:
         print(f"to watch it: swarmscout view {folder}")
     say_others(run.scenario)
+    return code
 
 
 def _print_json(run: Run, folder: Path) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import reprlib
 from itertools import pairwise
+from math import log
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -30,6 +31,7 @@ __all__ = [
 Steps = Annotated[int, Field(ge=0, le=1_000_000_000)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Probability = Annotated[float, Field(gt=0.0, lt=1.0)]
+_MOST_OBSERVATIONS = 100
 
 
 class _Section(BaseModel):
@@ -147,6 +149,16 @@ class MapScenario(_Section):
                 f"p_free = {self.p_free:g} must be below 0.5 and "
                 f"p_occupied = {self.p_occupied:g} above it"
             )
+        for name, observed, wanted in (
+            ("p_free", self.p_free, self.free_below),
+            ("p_occupied", self.p_occupied, self.occupied_above),
+        ):
+            count = log(wanted / (1 - wanted)) / log(observed / (1 - observed))
+            if count > _MOST_OBSERVATIONS:
+                raise ValueError(
+                    f"{name} = {observed:g} says next to nothing: a cell would need {count:,.0f} "
+                    f"observations until its state is known (at most {_MOST_OBSERVATIONS})"
+                )
         return self
 
 
