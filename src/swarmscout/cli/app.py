@@ -112,6 +112,12 @@ def _explain(error: Exception) -> tuple[str, int]:
 
     if isinstance(error, SwarmscoutError | CycloptsError):
         return f"error: {error}", 2
+    if "numba" in sys.modules:
+        from swarmscout.cli.compiling import cache_problem
+
+        problem = cache_problem(error)
+        if problem:
+            return f"error: {problem}", 2
     if isinstance(error, MemoryError):
         return "error: not enough memory: take fewer robots, a smaller world or larger cells", 2
     if isinstance(error, OSError):

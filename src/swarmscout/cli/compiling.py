@@ -1,14 +1,18 @@
-"""Whether the kernels are compiled already, so that a first mission can say why it takes long."""
+"""Kernels: which are compiled, compiling all of them, and problems of their cache."""
 
 from __future__ import annotations
 
 import inspect
+import os
+import pickle
 import sys
 from pathlib import Path
+from traceback import walk_tb
 from typing import Any
 
 __all__ = [
     "cache_folders",
+    "cache_problem",
     "compile_all",
     "load_kernels",
     "say_if_compiling",
@@ -28,6 +32,24 @@ def say_if_compiling() -> None:
         print(
             f"compiling {missing} kernels: this happens once and takes a minute or less", flush=True
         )
+
+
+def cache_problem(error: Exception) -> str:
+    """What is wrong with the cache of compiled kernels if an error arose there, else nothing.
+
+    A damaged cache (a power cut, a full disk, an interrupted copy) is emptied: it is rebuilt when
+    kernels are used again.
+    """
+    files = [frame.f_code.co_filename for frame, _ in walk_tb(error.__traceback__)]
+    if not any(Path(file).parts[-3:] == ("numba", "core", "caching.py") for file in files):
+        return ""
+    where = f"the cache of compiled kernels in '{Path(os.path.commonpath(cache_folders()))}'"
+    if isinstance(error, OSError):
+        return f"{where}: {error.strerror or error}: make room, or set NUMBA_CACHE_DIR to another"
+    for folder in cache_folders():
+        for file in [*folder.glob("*.nbi"), *folder.glob("*.nbc")]:
+            file.unlink(missing_ok=True)
+    return f"{where} was damaged and has been emptied: run the command again"
 
 
 def load_kernels() -> int:
@@ -96,6 +118,8 @@ def _is_cached(compiled: Any) -> bool:
     try:
         # Numba compares the source's stamp itself; it says so nowhere in public.
         return bool(compiled._cache._cache_file._load_index())
+    except (EOFError, pickle.UnpicklingError, OSError):
+        return False  # Damaged.
     except AttributeError:
         source = Path(inspect.getfile(compiled.py_func))
         python = f"py{sys.version_info.major}{sys.version_info.minor}"
