@@ -93,6 +93,7 @@ def test_a_kernel_is_compiled_when_numba_has_it_as_it_is_now(
 
 
 def test_a_damaged_cache_is_emptied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(jit, "kernels", {})
     file = tmp_path / "damaged.py"
