@@ -21,10 +21,9 @@ from pages import write_section
 
 import swarmscout
 from swarmscout import Mission, Scenario, World, load_world
-from swarmscout.robots.agreement import sensing_agreement
-from swarmscout.robots.bodies import TICKS, heading_table
-from swarmscout.robots.mesh_sensor import bucket_triangles, scan_mesh
-from swarmscout.robots.range_sensor import RangeSensor, cast_rays
+from swarmscout.robots.bodies import TICKS, heading_table, place_bodies
+from swarmscout.robots.sensors.agreement import sensing_agreement
+from swarmscout.robots.sensors.fan import Fan
 from swarmscout.studies.report_elements import Block, Heading, Table, Text
 from swarmscout.worlds.catalogue import NAMED_TUBES
 from swarmscout.worlds.ground_plane import stand
@@ -53,31 +52,22 @@ class Scan:
         rng = np.random.default_rng(0)
         cells = np.argwhere(standing_places(world, RADIUS_M))
         self.world = world
-        self.position = world.frame.centres_of(cells[rng.integers(len(cells), size=ROBOTS)])
-        self.heading = rng.integers(0, TICKS, ROBOTS)
-        self.footing = stand(world, self.position, RADIUS_M)
-        self.sensor, self.table = RangeSensor(9, 70.0, RANGE_M), heading_table()
-        self.alive, self.noise = np.ones(ROBOTS, dtype=np.bool_), np.zeros((ROBOTS, 9))
-        self.ranges = np.zeros((ROBOTS, 9))
+        position = world.frame.centres_of(cells[rng.integers(len(cells), size=ROBOTS)])
+        heading = rng.integers(0, TICKS, ROBOTS)
+        self.bodies = place_bodies(position, heading, np.ones(ROBOTS), radius_m=RADIUS_M)
+        self.footing = stand(world, position, RADIUS_M)
+        keys = {"noise_m": 0.0, "range_m": RANGE_M, "height_m": HEIGHT_M}
+        self.raster, self.exact = Fan(**keys), Fan(sensing="mesh", **keys)
         assert world.mesh is not None
         self.mesh = world.mesh
-        self.triangles = bucket_triangles(world.mesh)
 
     def on_raster(self) -> None:
-        """Rays against the raster, each one cast."""
-        world = self.world
-        cast_rays(
-            world.free, *world.origin_m, world.resolution_m, self.position, self.heading,
-            self.alive, self.sensor.offsets, self.table, RANGE_M, self.noise, self.ranges,
-        )  # fmt: skip
+        """Rays against the raster."""
+        self.raster.scan(self.bodies, self.world, 1)
 
     def on_mesh(self) -> None:
         """Rays against the mesh, with the footing that a step works out."""
-        footing = stand(self.world, self.position, RADIUS_M)
-        scan_mesh(
-            self.triangles, self.position, footing, HEIGHT_M, self.heading, self.alive,
-            self.sensor, self.table, self.noise, self.ranges,
-        )  # fmt: skip
+        self.exact.scan(self.bodies, self.world, 1)
 
     def by_embree(self) -> Callable[[], np.ndarray]:
         """The same rays by Embree: what casts them, and returns ranges."""
@@ -86,10 +76,11 @@ class Scan:
 
         scene = EmbreeScene()
         TriangleMesh(scene, self.mesh.vertices_m[self.mesh.triangles])
-        level = self.table[(self.heading[:, None] + self.sensor.offsets) % TICKS]
+        directions = self.exact.scan(self.bodies, self.world, 1).directions
+        level = heading_table()[(self.bodies.heading[:, None] + directions) % TICKS]
         rise = (level * self.footing[:, None, 1:]).sum(axis=2, keepdims=True)
         ways = np.concatenate([level, rise], axis=2).reshape(-1, 3).astype(np.float32)
-        starts = np.column_stack([self.position, self.footing[:, 0] + HEIGHT_M])
+        starts = np.column_stack([self.bodies.position, self.footing[:, 0] + HEIGHT_M])
         origins = np.repeat(starts, 9, axis=0).astype(np.float32)
 
         def cast() -> np.ndarray:

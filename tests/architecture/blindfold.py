@@ -18,10 +18,9 @@ from scipy import ndimage
 from swarmscout.core.enums import FREE
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.destinations.view import LeaderView
-from swarmscout.minds.minds import DUE_AT, NEEDS, STEP
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
-from swarmscout.planning.route_table import GOAL, NOWHERE
+from swarmscout.planning.route_table import NOWHERE
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.teams.robots_view import RobotsView
 from swarmscout.testing import small_world
@@ -97,43 +96,45 @@ def change_private_state(mission: Mission, others: list[int], rng: np.random.Gen
     minds, table = mission.minds, mission.planner.table
     frontiers = mission.swarm.frontiers(0)
     for j in others:
-        minds.state[j, NEEDS] = rng.integers(0, 6)
-        minds.state[j, DUE_AT] = rng.choice([-1, 10**6])
+        minds.own["cause"][j] = rng.integers(0, 6)
+        minds.own["due_at"][j] = rng.choice([-1, 10**6])
         if len(frontiers):
             minds.avoided[j, :, 0] = rng.choice(frontiers, minds.avoided.shape[1])
             minds.avoided[j, :, 1] = 10**6
         # Forgotten: what another selector's memory looks like is its own affair.
         mission.destinations.memories[j] = None
-        table.state[j, GOAL] = NOWHERE  # It plans anew in the same step as robot i.
+        table.state["goal"][j] = NOWHERE  # It plans anew in the same step as robot i.
 
 
 def scramble(mission: Mission, others: list[int], rng: np.random.Generator) -> None:
     """Everything of robots that i does not hear at all in this step."""
-    minds = mission.minds
+    minds, knowledge = mission.minds, mission.knowledge
     change_private_state(mission, others, rng)
     teams, size = minds.team.copy(), mission.frame.size
     for j in others:
-        mode, leader = rng.integers(0, 2), rng.integers(0, ROBOTS)
-        minds.state[j, STEP + 1 : 8] = [
-            *(rng.choice(teams), leader, mode, rng.integers(1, 6), rng.integers(1, 6)),
-            *(rng.integers(-1, ROBOTS), rng.integers(-1, size)),
-        ]
+        own = minds.own[j]
+        own["team"], own["leader"] = rng.choice(teams), rng.integers(0, ROBOTS)
+        own["mode"], own["size"] = rng.integers(0, 2), rng.integers(1, 6)
+        own["desired"], own["partner"] = rng.integers(1, 6), rng.integers(-1, ROBOTS)
+        own["destination"] = rng.integers(-1, size)
         mission.bodies.charge[j] = rng.uniform(2.0, 150.0)
+        knowledge.notices[j] = tuple(rng.integers(-1, ROBOTS, len(knowledge.notices.dtype)))
+    for row in set(knowledge.ear[others].tolist()) - set(np.delete(knowledge.ear, others).tolist()):
         cells = rng.permutation(size)[:40]
         many = np.array([40])
-        mission.grids.apply(j, cells[None], rng.integers(-4000, 4000, (1, 40)), 0 * many, many)
+        knowledge.grids.apply(row, cells[None], rng.integers(-4000, 4000, (1, 40)), 0 * many, many)
 
 
 def in_mind(mission: Mission, i: int) -> dict[str, Any]:
     """All that robot i has made up its mind about."""
     minds, table = mission.minds, mission.planner.table
     return {
-        "state": minds.state[i].tolist(),
+        "state": minds.own[i].tolist(),
         "avoided": minds.avoided[i].tolist(),
         "memory": repr(mission.destinations.memories[i]),
         "route state": table.state[i].tolist(),
         "route": table.ahead(i).tolist(),
-        "route cost": int(table.cost[i]),
+        "route cost": int(table.state["cost"][i]),
         "action": int(mission.action[i]),
         "decisions": [d for d in mission.decided.last if d.leader == i],  # type: ignore[attr-defined]
     }
@@ -271,7 +272,7 @@ class SizesByMinds:
         self.mission = mission
 
     def desired(self, view: RobotsView) -> Any:
-        overdue = int((self.mission.minds.state[:, DUE_AT] > view.step).sum())
+        overdue = int((self.mission.minds.own["due_at"] > view.step).sum())
         return np.full(len(view), 1 + overdue % 6)
 
 
@@ -301,7 +302,7 @@ class PeeksAtMinds:
         self.mission = mission
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
-        overdue = int((self.mission.minds.state[:, DUE_AT] > view.step).sum())
+        overdue = int((self.mission.minds.own["due_at"] > view.step).sum())
         row, col = view.frontiers[overdue % len(view.frontiers)].tolist()
         return Choice((row, col))
 

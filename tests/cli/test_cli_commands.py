@@ -9,7 +9,6 @@ import numba
 import pytest
 
 from swarmscout.cli.compiling import (
-    cache_problem,
     counting_compiled,
     say_if_compiling,
     uncompiled_kernels,
@@ -98,31 +97,3 @@ def test_a_kernel_is_compiled_when_numba_has_it_as_it_is_now(
     say_if_compiling()
     assert capsys.readouterr().out == ""
     assert uncompiled(30)[0] == ["made_up.twice"]  # The source has changed.
-
-
-def test_a_damaged_cache_is_emptied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(jit, "kernels", {})
-    file = tmp_path / "damaged.py"
-    file.write_text("from swarmscout.core.jit import kernel\n@kernel\ndef one():\n    return 1\n")
-
-    def load() -> Any:
-        spec = importlib.util.spec_from_file_location("damaged", file)
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        return module
-
-    assert load().one() == 1
-    index = next((tmp_path / "cache").rglob("damaged.one*.nbi"))
-    index.write_bytes(b"")  # As after a power cut.
-    damaged = load()
-    assert uncompiled_kernels() == ["damaged.one"]
-    with pytest.raises(EOFError) as caught:
-        damaged.one()
-    assert "was damaged and has been emptied: run the command again" in cache_problem(caught.value)
-    assert not index.exists()
-    assert load().one() == 1
-    assert cache_problem(ValueError("of something else")) == ""

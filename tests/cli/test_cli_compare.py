@@ -1,5 +1,8 @@
 """``swarmscout compare``."""
 
+import json
+import shutil
+
 import pytest
 
 import swarmscout as ss
@@ -44,3 +47,36 @@ def test_wrong_input_is_one_line(runs, capsys, tmp_path):
         err = capsys.readouterr().err
         assert message in err
         assert err.count("\n") == 1
+
+
+def test_the_run_that_cannot_be_read_is_named(runs, capsys, tmp_path):
+    broken = tmp_path / "broken"
+    shutil.copytree(runs[1], broken)
+    (broken / "coverage.parquet").write_bytes(b"PAR1")
+    (broken / "summary.json").unlink()
+    assert main(["compare", runs[0], str(broken)]) == 2
+    err = capsys.readouterr().err
+    assert str(broken) in err
+    assert err.count("\n") == 1
+
+
+def test_runs_by_different_rules_are_not_paired(runs, capsys, tmp_path):
+    other = tmp_path / "other"
+    shutil.copytree(runs[2], other)
+    for name in ("run.json", "summary.json"):
+        facts = json.loads((other / name).read_text(encoding="utf-8"))
+        (other / name).write_text(json.dumps(facts | {"rules_version": 99}), encoding="utf-8")
+    assert main(["compare", runs[0], str(other)]) == 0
+    out = capsys.readouterr().out
+    assert "warning: these runs were made by different rules (versions " in out
+    assert ", 99)" in out
+    assert " over " not in out
+
+
+def test_a_narrow_terminal_gets_a_block_per_run(runs, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    assert main(["compare", *runs[:2]]) == 0
+    out = capsys.readouterr().out.splitlines()
+    assert out[0] == "quantile-0"
+    assert "  seed: 0" in out
+    assert f"  explored m²: {ss.Run.open(runs[0]).summary['explored_m2']:.1f}" in out

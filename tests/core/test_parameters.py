@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from swarmscout.core.errors import SelectorError
-from swarmscout.core.parameters import check_parameters
-from swarmscout.destinations.registry import BUILT_IN, make_selector
+from swarmscout.core.parameters import check_arguments
+from swarmscout.destinations.registry import SELECTORS, make_selector, selectors
 
 
 @dataclass
@@ -20,11 +20,10 @@ class Annotated:
     name: str = "a"
     on: bool = True
     free: Any = None
-    reach_m: float = 1.0
 
 
 class ByDefault:
-    def __init__(self, weight=1.0, count=3, name="a", on=True, free=None, reach_m=1.0):
+    def __init__(self, weight=1.0, count=3, name="a", on=True, free=None):
         pass
 
 
@@ -37,18 +36,19 @@ class ByDefault:
         ("name", ["", "b"], [3, None]),
         ("on", [False], [0, "false"]),
         ("free", [None, "x", 3, [1]], [np.nan]),
-        ("reach_m", [0, 3.5, 1e6], [-0.1, 1e7]),
     ],
 )
 def test_types(kind: type, key: str, good: list[Any], bad: list[Any]) -> None:
     for value in good:
-        check_parameters("selector 'mine'", kind, {key: value}, SelectorError, lengths=True)
+        check_arguments("selector 'mine'", kind, {key: value}, SelectorError)
     for value in bad:
-        with pytest.raises(SelectorError, match=f"selector 'mine': {key} = .*: expected") as caught:
-            check_parameters("selector 'mine'", kind, {key: value}, SelectorError, lengths=True)
+        with pytest.raises(
+            SelectorError, match=f"selector 'mine': {key} = .*: should be"
+        ) as caught:
+            check_arguments("selector 'mine'", kind, {key: value}, SelectorError)
         assert "\n" not in str(caught.value)
     with pytest.raises(SelectorError, match=f"no parameter '{key}x': did you mean '{key}'"):
-        check_parameters("selector 'mine'", kind, {f"{key}x": good[0]}, SelectorError)
+        check_arguments("selector 'mine'", kind, {f"{key}x": good[0]}, SelectorError)
 
 
 def test_names_for_type_checkers_only_do_no_harm() -> None:
@@ -56,12 +56,12 @@ def test_names_for_type_checkers_only_do_no_harm() -> None:
         def __init__(self, weight: NoSuchName = 1.0, **more: Any) -> None:  # type: ignore  # noqa: F821
             pass
 
-    check_parameters("selector 'odd'", Odd, {"weight": 2.0, "other": 3}, SelectorError)
+    check_arguments("selector 'odd'", Odd, {"weight": 2.0, "other": 3}, SelectorError)
 
 
-@pytest.mark.parametrize("name", sorted(BUILT_IN))
+@pytest.mark.parametrize("name", sorted(selectors()))
 def test_every_number_of_every_selector_is_checked(name: str) -> None:
-    for key in getattr(BUILT_IN[name], "__dataclass_fields__", {}):
+    for key in getattr(SELECTORS.load(name), "__dataclass_fields__", {}):
         for value in ("wide", float("nan"), float("inf"), None):
             with pytest.raises(SelectorError, match=f"selector '{name}': {key} = "):
                 make_selector(name, {key: value})

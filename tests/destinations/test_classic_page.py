@@ -17,7 +17,7 @@ def test_the_example_is_short_and_sound(tmp_path: Path) -> None:
     path = tmp_path / "my.py"
     path.write_text(example, encoding="utf-8")
     assert "Wide" in example
-    assert check_selector(f"{path}:Wide", missions=1).decisions > 10
+    assert check_selector(f"{path}:Wide", missions=1).answers > 10
 
 
 def test_every_selector_is_described_and_measured() -> None:

@@ -188,7 +188,7 @@ def test_mistakes_in_prompt_files(tmp_path, text, says) -> None:
         ("llm-shortlist", {"k": 0}, "k = 0 must be a whole number of at least 1"),
         ("llm-shortlist", {"k": 99}, "must be at most 26"),
         ("llm-shortlist", {"rule": "multi-criterium"}, "did you mean 'multi-criteria'?"),
-        ("shortlist-random", {"apart_m": -1.0}, "apart_m = -1.0: expected 0 to"),
+        ("shortlist-random", {"apart_m": -1.0}, "apart_m = -1.0 must be at least 0"),
     ],
 )
 def test_mistakes_with_parameters(name, parameters, says) -> None:

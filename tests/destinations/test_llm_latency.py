@@ -14,7 +14,7 @@ from swarmscout.destinations.asking import Talk, settle
 from swarmscout.destinations.registry import make_selector
 from swarmscout.destinations.selector import Choice
 from swarmscout.testing import small_world
-from swarmscout.testing.instrumented_view import fingerprint
+from swarmscout.testing.fingerprints import fingerprint
 
 
 def last(step: int, asked: Sequence[tuple[int, Request]]) -> list[Reply]:
@@ -72,7 +72,7 @@ def test_a_model_that_never_answers_changes_nothing_with_latency_either(latency:
         return [Reply(failure="timeout")] * len(asked)
 
     _, mission = fly(latency, silent)
-    for one, other in ((baseline.minds.state, mission.minds.state),
+    for one, other in ((baseline.minds.own, mission.minds.own),
                        (baseline.bodies.pose, mission.bodies.pose)):  # fmt: skip
         assert fingerprint(one) == fingerprint(other)
 

@@ -16,7 +16,7 @@ from swarmscout.destinations.llm.llm import Llm
 from swarmscout.destinations.llm.shortlist import LlmShortlist, ShortlistRandom, best_of
 from swarmscout.destinations.registry import RECOMMENDED, make_selector, model_selectors
 from swarmscout.testing import check_selector, small_world
-from swarmscout.testing.instrumented_view import fingerprint
+from swarmscout.testing.fingerprints import fingerprint
 from swarmscout.testing.situations import leader_view, situations
 
 
@@ -224,7 +224,7 @@ def test_a_model_that_never_answers_leaves_the_mission_to_the_rule(name: str, sa
         if reply is not None:
             mission.destinations.ask = lambda step, asked: [reply] * len(asked)
         mission.run()
-        told = [mission.bodies.pose, mission.minds.state, mission.minds.avoided]
+        told = [mission.bodies.pose, mission.minds.own, mission.minds.avoided]
         return [fingerprint(x) for x in (*told, mission.swarm.evidence)], mission
 
     expected, _ = state(same, None)

@@ -165,8 +165,14 @@ def test_in_a_mission_a_robot_keeps_its_bias_and_others_have_others() -> None:
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "sigma"), [(-0.1, 0.2, 0.02), (0.3, 0.2, 0.02), (0.1, 1.2, 0.02), (0, 1, -1)]
+    ("parameters", "says"),
+    [
+        ((-0.1, 0.2, 0.02), "bias_min = -0.1: should be greater than or equal to 0"),
+        ((0.3, 0.2, 0.02), "bias_min = 0.3 is above bias_max = 0.2"),
+        ((0.1, 1.2, 0.02), "bias_max = 1.2: should be less than or equal to 1"),
+        ((0, 1, -1), "sigma = -1: should be greater than or equal to 0"),
+    ],
 )
-def test_impossible_parameters_are_refused(low: float, high: float, sigma: float) -> None:
-    with pytest.raises(ValueError, match=r"bias_min|sigma"):
-        Quantile(low, high, sigma)
+def test_impossible_parameters_are_refused(parameters: tuple[float, ...], says: str) -> None:
+    with pytest.raises(ValueError, match=f"^{says}$"):
+        Quantile(*parameters)

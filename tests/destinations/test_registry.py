@@ -42,7 +42,11 @@ def test_names() -> None:
         ("zzz", None, "unknown selector 'zzz': known: "),
         ("quantile", {"sigme": 0.1}, "no parameter 'sigme': did you mean 'sigma'?"),
         ("nearest", {"far": 1}, "selector 'nearest' has no parameter 'far': it takes none"),
-        ("quantile", {"sigma": -1.0}, "selector 'quantile': sigma = -1 must be at least 0"),
+        (
+            "quantile",
+            {"sigma": -1.0},
+            "selector 'quantile': sigma = -1.0: should be greater",
+        ),
         ("quantile", {"bias_min": "a"}, "selector 'quantile': "),
         ("rule.py", None, "names a file but no class in it: write 'rule.py:ClassName'"),
         ("missing.py:Rule", None, "selector file 'missing.py' does not exist"),
@@ -125,3 +129,32 @@ def test_a_file_s_module_has_the_same_name_in_every_process(tmp_path: Path) -> N
         for seed in ("1", "2")
     }
     assert len(names) == 1
+
+
+def test_selectors_of_other_packages_are_listed_by_their_docstrings(tmp_path: Path) -> None:
+    (tmp_path / "far_away.py").write_text(SOUND.replace("First:\n", "Far:\n    'The far one.'\n"))
+    info = tmp_path / "far_pack-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: far-pack\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(
+        "[swarmscout.selectors]\nfar = far_away:Far\nbroken = far_away:Gone\n"
+        "random = far_away:Far\n"
+    )
+    ask = (
+        "from swarmscout.destinations.registry import make_selector, selectors\n"
+        "names = selectors()\n"
+        "print(names['far'], names['broken'], type(make_selector('far')).__module__, sep='|')\n"
+        "print(type(make_selector('random')).__module__)"
+    )
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    done = subprocess.run(
+        [sys.executable, "-c", ask],
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    first, second = done.stdout.splitlines()
+    assert first.startswith("The far one. (from far-pack)|selector 'broken' (far_away:Gone) cannot")
+    assert first.endswith("|far_away")
+    assert second == "swarmscout.destinations.random"

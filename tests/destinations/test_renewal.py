@@ -6,23 +6,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from known import exchange, knowledge_of, place
 
-from swarmscout.comms.beacons import exchange_beacons
 from swarmscout.core.enums import CAUSES, CHARGE, DROP, FREE, UNKNOWN
 from swarmscout.core.errors import SelectorError
+from swarmscout.core.events import EventLog
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.recorder import Decision
 from swarmscout.destinations.renewal import due_step
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
 from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import DESTINATION, DUE_AT, LEADER, MODE, SIZE, TEAM, blank_minds
+from swarmscout.minds.minds import blank_minds
 from swarmscout.mission import build
 from swarmscout.mission.scenario import Scenario
-from swarmscout.planning.route_table import FAILED_UNTIL
-from swarmscout.robots.bodies import heading_table
 
-NO_LINKS = np.zeros((1, 1), dtype=np.bool_)
 # A free square whose rim is all frontier: cells 2 … 9 of 12.
 FAR, NEAR, INSIDE = (9, 9), (2, 2), (5, 5)
 
@@ -53,17 +51,16 @@ class Desk:
         model = build.make_model(scenario)
         self.grids = OccupancyGrids(self.frame, 1, model, 8)
         self.label(slice(2, 10), slice(2, 10), FREE)
-        self.minds = blank_minds(4, shared=True)
-        self.minds.state[:3, TEAM] = self.minds.state[:3, LEADER] = 0
-        self.minds.state[:3, SIZE] = 3
-        self.minds.state[3, MODE] = CHARGE
-        self.minds.reading[:, :2] = self.frame.centre_of(*INSIDE)
-        self.minds.reading[:, 3] = 1.0
-        self.planner = build.make_planner(
-            scenario, self.frame, 1, model, np.zeros((1, 2)), heading_table()
-        )
+        self.minds = blank_minds(4)
+        self.minds.own["team"][:3] = self.minds.own["leader"][:3] = 0
+        self.minds.own["size"][:3] = 3
+        self.minds.own["mode"][3] = CHARGE
+        place(self.minds, self.frame.centre_of(*INSIDE))
+        self.knowledge = knowledge_of(self.minds, self.grids)
+        self.minds.own["charge"] = 1.0
+        self.planner = build.make_planner(scenario, self.frame, np.zeros((1, 2)))
         self.asked = Asked()
-        self.destinations = build.make_destinations(scenario, None)
+        self.destinations = build.make_destinations(scenario, self.frame, None)
         self.destinations.selector = self.asked
         self.number = 0
         self.events: list[list[int]] = []
@@ -79,22 +76,22 @@ class Desk:
 
     def put(self, robot: int, cell: tuple[int, int], aside_m: float = 0.0) -> None:
         x_m, y_m = self.frame.centre_of(*cell)
-        self.minds.reading[robot, :2] = x_m + aside_m, y_m
+        place(self.minds, (x_m + aside_m, y_m), slice(robot, robot + 1))
 
     def head_for(self, cell: tuple[int, int], due: int = 10**6) -> None:
-        self.minds.state[:3, DESTINATION] = self.frame.flat(*cell)
-        self.minds.state[:3, DUE_AT] = due
+        self.minds.own["destination"][:3] = self.frame.flat(*cell)
+        self.minds.own["due_at"][:3] = due
 
     def decide(self, steps: int = 1) -> list[Decision]:
         decisions: list[Decision] = []
         for _ in range(steps):
             self.number += 1
-            exchange_beacons(self.minds, NO_LINKS, self.number)
-            rows, count = np.zeros((64, 4), dtype=np.int64), np.zeros(1, dtype=np.int64)
+            exchange(self.knowledge, self.minds, self.number)
+            log = EventLog(4)
             decisions = self.destinations.decide(
-                self.minds, self.grids, self.planner, NO_LINKS, self.number, rows, count
+                self.minds, self.knowledge, self.planner, self.number, log
             )
-            self.events = rows[: count[0]].tolist()
+            self.events = log.entries.tolist()
         return decisions
 
     def offered(self) -> list[tuple[int, int]]:
@@ -133,10 +130,10 @@ def test_who_does_not_count_as_having_reached_it() -> None:
     desk.put(3, FAR)
     assert desk.decide() == [], "another team's robot"
     desk.put(1, FAR)
-    desk.minds.sending[1] = False
+    desk.minds.own["thinks"][1] = False
     assert desk.decide() == [], "a member that is silent"
-    desk.minds.sending[1] = True
-    desk.minds.state[1, DESTINATION] = desk.frame.flat(*NEAR)
+    desk.minds.own["thinks"][1] = True
+    desk.minds.own["destination"][1] = desk.frame.flat(*NEAR)
     assert desk.decide() == [], "a member that heads elsewhere"
     assert desk.minds.destination[1] == desk.frame.flat(*FAR), "which then hears where to go"
     assert len(desk.decide()) == 1
@@ -161,7 +158,7 @@ def test_causes(what: str, cause: str | None, literal_cause: str | None, literal
     if what == "occupied":
         desk.label(slice(9, 10), slice(9, 10), 2)
     if what == "unreachable":
-        desk.planner.table.state[0, FAILED_UNTIL] = 99
+        desk.planner.table.state["failed_until"][0] = 99
     expected = literal_cause if literal else cause
     assert [decision.cause for decision in desk.decide()] == [expected] * (expected is not None)
 
@@ -169,7 +166,7 @@ def test_causes(what: str, cause: str | None, literal_cause: str | None, literal
 def test_a_member_without_a_route_is_no_cause() -> None:
     desk = Desk()
     desk.head_for(FAR)
-    desk.planner.table.state[1, FAILED_UNTIL] = 99
+    desk.planner.table.state["failed_until"][1] = 99
     assert desk.decide() == []
 
 
@@ -179,7 +176,7 @@ def test_overdue_comes_after_three_times_the_straight_time_and_thirty_steps() ->
     desk.asked.next = Choice(FAR)
     (decision,) = desk.decide()
     due = due_step(1, decision.distance_m, 0.2, 3.0, 30)
-    assert desk.minds.state[:3, DUE_AT].tolist() == [due] * 3
+    assert desk.minds.own["due_at"][:3].tolist() == [due] * 3
     desk.asked.next = None
     assert desk.decide(due - 1) == []
     assert [d.cause for d in desk.decide()] == ["overdue"]
@@ -196,15 +193,15 @@ def test_what_was_given_up_is_avoided_for_thirty_steps(cause: str, avoided: bool
     if cause == "reached":
         desk.put(1, FAR)
     if cause == "unreachable":
-        desk.planner.table.state[0, FAILED_UNTIL] = 99
+        desk.planner.table.state["failed_until"][0] = 99
     desk.decide()
-    desk.planner.table.state[0, FAILED_UNTIL] = 0
+    desk.planner.table.state["failed_until"][0] = 0
     given_up = desk.number
     for later in range(33):
         # Asked anew in each step, and led by another member from the tenth step on.
         leader = 0 if later < 10 else 2
-        desk.minds.state[:3, LEADER] = leader
-        desk.minds.state[:3, DESTINATION] = -1
+        desk.minds.own["leader"][:3] = leader
+        desk.minds.own["destination"][:3] = -1
         desk.put(1, INSIDE)
         desk.decide()
         assert desk.asked.views[-1].robot == leader
@@ -214,7 +211,7 @@ def test_what_was_given_up_is_avoided_for_thirty_steps(cause: str, avoided: bool
 
 def test_another_team_does_not_avoid_it() -> None:
     desk = Desk()
-    desk.minds.state[3, MODE] = 0
+    desk.minds.own["mode"][3] = 0
     desk.head_for(FAR)
     desk.put(1, FAR)
     desk.decide()
@@ -253,10 +250,10 @@ def test_without_any_frontier_nothing_is_asked() -> None:
 def test_memory_belongs_to_the_robot_that_decided() -> None:
     desk = Desk()
     for _ in range(3):
-        desk.minds.state[:3, DESTINATION] = -1
+        desk.minds.own["destination"][:3] = -1
         desk.decide()
-    desk.minds.state[:3, LEADER] = 1
-    desk.minds.state[:3, DESTINATION] = -1
+    desk.minds.own["leader"][:3] = 1
+    desk.minds.own["destination"][:3] = -1
     desk.decide()
     assert desk.destinations.memories == [3, 1, None, None]
 

@@ -9,7 +9,7 @@ import swarmscout as ss
 from swarmscout.mission.scenario_keys import scenario_page
 from swarmscout.studies.engines import LocalEngine
 from swarmscout.studies.scheduler import run_study
-from swarmscout.testing import check_policy, check_selector
+from swarmscout.testing import check_policy, check_selector, check_sensor
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -72,7 +72,7 @@ def test_every_deviation_is_on_the_paper_page():
         if "Deviation:" in path.read_text(encoding="utf-8")
     }
     where_we_differ = page.split("## Where we differ")[1]
-    named = set(re.findall(r"`(\w+/\w+\.py)`", where_we_differ))
+    named = set(re.findall(r"`([\w/]+\.py)`", where_we_differ))
     assert named == deviating
 
 
@@ -88,3 +88,9 @@ def test_committed_studies_can_be_run(file):
     study = ss.Study.load(file)
     assert study.declared.name == file.stem
     assert len(study.missions) == len({mission.name for mission in study.missions})
+
+
+def test_the_sensor_on_its_page_passes_the_check(tmp_path):
+    block = next(b for b in python_blocks(ROOT / "docs" / "sensors.md") if "def scan" in b)
+    (tmp_path / "my.py").write_text(block, encoding="utf-8")
+    check_sensor(f"{tmp_path}/my.py:FourWays")

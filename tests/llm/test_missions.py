@@ -22,7 +22,7 @@ from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Reply
 from swarmscout.mission.mission import Mission
 from swarmscout.testing import small_world
-from swarmscout.testing.instrumented_view import fingerprint
+from swarmscout.testing.fingerprints import fingerprint
 
 pytest.importorskip("openai")
 
@@ -51,7 +51,7 @@ def state(given: Scenario, steps: int | None = None) -> Any:
     while not mission.done and mission.step_number != steps:
         mission.step()
     mission.close()
-    told = (mission.bodies.pose, mission.bodies.charge, mission.minds.state, mission.minds.avoided)
+    told = (mission.bodies.pose, mission.bodies.charge, mission.minds.own, mission.minds.avoided)
     return [fingerprint(x) for x in (*told, mission.swarm.evidence)]
 
 

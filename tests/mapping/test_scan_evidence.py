@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from itertools import pairwise
 
@@ -12,12 +13,29 @@ from numpy.typing import NDArray
 
 from swarmscout.core.enums import NO_CONTACT, ROBOT_CONTACT, WALL_CONTACT
 from swarmscout.core.grid import GridFrame
-from swarmscout.mapping.evidence import EvidenceLog, observe
+from swarmscout.core.scan import Scan
+from swarmscout.mapping.evidence import EvidenceLog
+from swarmscout.mapping.log_odds import InverseSensorModel
+from swarmscout.mapping.scan_evidence import inverse_model, observe, rays_per_beam
 
 TICKS = 3600
 ANGLES = np.arange(TICKS) * 2.0 * np.pi / TICKS
 TABLE = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]).round(15)
 FREE, OCCUPIED = -405, 847
+
+
+def read(
+    log: EvidenceLog, frame: GridFrame, scan: Scan, reading: Array, sending: NDArray[np.bool_],
+    contact: NDArray[np.int64], contact_offset: Array, depth_m: float = 0.0,
+) -> None:  # fmt: skip
+    """One scan of all robots into their logs."""
+    grid = InverseSensorModel(FREE, OCCUPIED, -3476, 3476, -619, 619, depth_m)
+    log.make_room()
+    observe(
+        log, reading, sending, scan, contact, contact_offset,
+        inverse_model(scan, grid, frame, TABLE, log.reach),
+    )  # fmt: skip
+
 
 Array = NDArray[np.float64]
 
@@ -90,13 +108,9 @@ def test_log_entries_equal_the_reference(
         contact = rng.choice([NO_CONTACT, WALL_CONTACT, ROBOT_CONTACT], robots)
         contact_offset = rng.uniform(-0.3, 0.3, (robots, 2))
         sending = rng.random(robots) < 0.8
-        log.make_room()
-        observe(
-            log, reading, sending, ranges, offsets, TABLE, range_m, contact, contact_offset,
-            frame, (FREE, OCCUPIED), depth_m,
-        )  # fmt: skip
+        scan = Scan(ranges, offsets, range_m)
+        read(log, frame, scan, reading, sending, contact, contact_offset, depth_m)
         lengths.append(log.length.copy())
-        assert not log.window.any()
         for i in range(robots):
             expected[i].append(
                 reference(
@@ -118,20 +132,71 @@ def test_a_ray_straight_ahead_by_hand() -> None:
     frame = GridFrame(0.0, 0.0, 0.5, rows=3, columns=6)
     log = EvidenceLog(1, 1, 2.5, 0.5, keep=True)
     reading = np.array([[0.25, 0.75, 0.0, 1.0]])
-    observe(
-        log, reading, np.array([True]), np.array([[1.2]]), np.array([0]), TABLE, 2.0,
-        np.array([NO_CONTACT]), np.zeros((1, 2)), frame, (FREE, OCCUPIED), 0.0,
-    )  # fmt: skip
+    nothing = np.array([NO_CONTACT]), np.zeros((1, 2))
+    scan = Scan(np.array([[1.2]]), np.array([0]), 2.0)
+    read(log, frame, scan, reading, np.array([True]), *nothing)
     assert log.cells[0, :3].tolist() == [6, 7, 8]
     assert log.increments[0, :3].tolist() == [FREE, FREE, OCCUPIED]
     # Nothing met: every cell up to the longest range is free.
-    observe(
-        log, reading, np.array([True]), np.array([[np.inf]]), np.array([0]), TABLE, 2.0,
-        np.array([NO_CONTACT]), np.zeros((1, 2)), frame, (FREE, OCCUPIED), 0.0,
-    )  # fmt: skip
+    nothing = np.array([NO_CONTACT]), np.zeros((1, 2))
+    scan = Scan(np.array([[np.inf]]), np.array([0]), 2.0)
+    read(log, frame, scan, reading, np.array([True]), *nothing)
     assert log.cells[0, 3:8].tolist() == [6, 7, 8, 9, 10]
     assert log.increments[0, 3:8].tolist() == [FREE] * 5
     assert log.length.tolist() == [8]
+
+
+def cone_reference(
+    frame: GridFrame, place: Array, facing: float, half: float, measured: float, range_m: float
+) -> tuple[set[tuple[int, int]], set[tuple[int, int]]]:
+    """Cells on a cone's arc, and cells in front of it, by fine sampling."""
+    angles = facing + np.linspace(-half, half, 1500)
+    ways = np.column_stack([np.cos(angles), np.sin(angles)])
+    arc = set()
+    if measured <= range_m:
+        arc = {frame.cell_of(*p) for p in place + measured * ways}
+    inside = {
+        frame.cell_of(*p)
+        for r in np.linspace(0.0, min(measured, range_m), 400)
+        for p in place + r * ways[::5]
+    }
+    return arc, inside - arc
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    opening_deg=st.integers(1, 180),
+    cell_m=st.sampled_from([0.25, 0.5]),
+    measured=st.sampled_from([0.4, 1.3, 2.2, np.inf]),
+)
+def test_a_cone_fills_its_arc_and_clears_what_lies_before_it(
+    seed: int, opening_deg: int, cell_m: float, measured: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    frame = GridFrame(0.0, 0.0, cell_m, 40, 40)
+    place = frame.centre_of(20, 20) + rng.uniform(-0.5, 0.5, 2) * cell_m
+    tick = int(rng.integers(0, TICKS))
+    scan = Scan(np.array([[measured]]), np.array([0]), 2.5, opening_deg * 10)
+    lines = rays_per_beam(scan, cell_m)[0]
+    log = EvidenceLog(1, lines, 3.0, cell_m, keep=True)
+    nothing = np.array([NO_CONTACT]), np.zeros((1, 2))
+    read(log, frame, scan, np.array([[*place, tick, 1.0]]), np.array([True]), *nothing)
+    n = int(log.length[0])
+    assert n <= log.per_scan
+    entries = dict(zip(log.cells[0, :n].tolist(), log.increments[0, :n].tolist(), strict=True))
+    assert len(entries) == n, "each cell once"
+    assert list(entries) == sorted(entries)
+    assert set(entries.values()) <= {FREE, OCCUPIED}, "each cell counts once"
+    half = math.radians(opening_deg) / 2.0
+    arc, free = cone_reference(frame, place, ANGLES[tick], half, measured, 2.5)
+    occupied = {frame.unflat(c) for c, v in entries.items() if v == OCCUPIED}
+    cleared = {frame.unflat(c) for c, v in entries.items() if v == FREE}
+    # Rays half a cell apart may miss the corners of cells, and nothing else.
+    assert occupied <= arc
+    assert len(arc - occupied) <= 0.25 * len(arc) + 2
+    assert cleared <= free | arc
+    assert len(free - cleared) <= 0.15 * len(free) + 3
 
 
 def fill(log: EvidenceLog, scans: int, seed: int) -> list[list[tuple[int, int]]]:

@@ -59,9 +59,8 @@ def state_of(mission: Mission) -> dict[str, np.ndarray]:
         "charge": bodies.charge.copy(),
         "alive": bodies.alive.copy(),
         "contact": bodies.contact.copy(),
-        "minds": minds.state.copy(),
-        "reading": minds.reading.copy(),
-        "sending": minds.sending.copy(),
+        "minds": minds.own.copy(),
+        "sending": minds.own["thinks"].copy(),
         "avoided": minds.avoided.copy(),
         "action": mission.action.copy(),
         "plan": mission.planner.table.state.copy(),
@@ -74,7 +73,7 @@ def digest(mission: Mission) -> str:
     told = hashlib.sha256()
     for name, array in state_of(mission).items():
         told.update(name.encode() + np.ascontiguousarray(array).tobytes())
-    for array in (mission.grids.evidence, mission.grids.status, mission.swarm.evidence):
+    for array in (mission.map_of(0).evidence, mission.map_of(0).labels, mission.map.evidence):
         told.update(np.ascontiguousarray(array).tobytes())
     told.update(repr(sorted(mission.summary().items(), key=lambda item: item[0])).encode())
     return told.hexdigest()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from swarmscout import Mission, Scenario, ScenarioError, SelectorError, WorldError
-from swarmscout.mission.scenario import BodyScenario
+from swarmscout.robots.parameters import BodyParameters
 from swarmscout.worlds.arrays import world_from_ascii
 
 WORLD = world_from_ascii("""
@@ -143,11 +143,11 @@ def test_scenarios_made_in_python(keys: Any, says: str) -> None:
 
 
 def test_sections_made_in_python() -> None:
-    with pytest.raises(ScenarioError, match="BodyScenario: key 'radius_m' = -1"):
-        BodyScenario(radius_m=-1)
+    with pytest.raises(ScenarioError, match="BodyParameters: key 'radius_m' = -1"):
+        BodyParameters(radius_m=-1)
     with pytest.raises(ScenarioError, match=r"give keys by name, as Scenario\(world=…\)"):
         Scenario("paper")  # type: ignore[call-arg]
-    assert Scenario(body=BodyScenario(radius_m=0.2)).body.radius_m == 0.2
+    assert Scenario(body=BodyParameters(radius_m=0.2)).body.radius_m == 0.2
 
 
 def test_a_mission_shows_itself_in_a_line(mission: Mission) -> None:

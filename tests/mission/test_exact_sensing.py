@@ -10,7 +10,7 @@ import pytest
 from cave_meshes import extruded
 
 from swarmscout import Mission, Run, ScenarioError, WorldError, explore, load_scenario
-from swarmscout.robots.agreement import sensing_agreement
+from swarmscout.robots.sensors.agreement import sensing_agreement
 from swarmscout.worlds import Mesh, World, world_from_array, world_from_ascii
 
 HALL = """

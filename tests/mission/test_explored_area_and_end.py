@@ -214,9 +214,9 @@ def test_believed_poses_are_noisy_and_true_ones_are_not() -> None:
     while not mission.done:
         where, heading = mission.bodies.position.copy(), mission.bodies.heading.copy()
         mission.step()
-        able = mission.minds.sending
-        errors.append((mission.minds.reading[:, :2] - where)[able].ravel())
-        turned.append(((mission.minds.reading[:, 2] - heading + 1800) % 3600 - 1800)[able])
+        able = mission.minds.own["thinks"]
+        errors.append((mission.minds.position_m - where)[able].ravel())
+        turned.append(((mission.minds.own["heading"] - heading + 1800) % 3600 - 1800)[able])
     assert np.std(np.concatenate(errors)) == pytest.approx(0.2, rel=0.1)
     assert np.std(np.concatenate(turned)) == pytest.approx(150, rel=0.1)
     assert mission.explored_m2 > 0

@@ -9,8 +9,6 @@ import pytest
 from tape import LITERAL, Tape, scenario_of, small_world, state_of
 
 from swarmscout.core.enums import CHARGE
-from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import DESTINATION, LEADER, TEAM
 from swarmscout.mission.mission import Mission
 
 
@@ -45,14 +43,15 @@ def test_the_same_mission_step_by_step(
         for name in mine:
             assert_same(mine[name], theirs[name], f"{name} in step {shared.step_number}")
         for robot in range(8):
+            all_know, each_knows = shared.knowledge, separate.knowledge
+            row = each_knows.ear[robot]
             for table in ("evidence", "status", "price"):
-                one, many = getattr(shared.grids, table)[0], getattr(separate.grids, table)[robot]
+                one, many = getattr(all_know.grids, table)[0], getattr(each_knows.grids, table)[row]
                 assert_same(one, many, f"{table} of robot {robot} in step {shared.step_number}")
-            assert_same(
-                shared.minds.heard_state[0], separate.minds.heard_state[robot], "what was heard"
-            )
-            assert_same(shared.minds.still[0], separate.minds.still[robot], "who stands")
-        assert (separate.known == separate.log.length[None, :]).all(), "all versions are complete"
+            assert_same(all_know.heard[0], each_knows.heard[row], "what was heard")
+            assert_same(all_know.still[0], each_knows.still[row], "who stands")
+        assert len(separate.knowledge.rows) == 1, "robots that know the same share a row"
+        assert (versions(separate) == separate.log.end()).all(), "all versions are complete"
     assert separate.end_reason == shared.end_reason
     assert separate.summary() == shared.summary()
     for one, other in zip(tapes[0].records, tapes[1].records, strict=True):
@@ -76,12 +75,21 @@ class Weather:
         return upper | upper.T
 
 
-def replay(mission: Mission, known: np.ndarray) -> np.ndarray:
+def versions(mission: Mission) -> np.ndarray:
+    """int64[N, N], how many entries of each log each robot has."""
+    return mission.knowledge.versions[mission.knowledge.ear]
+
+
+def replay(mission: Mission, tape: Tape, known: np.ndarray) -> np.ndarray:
     """A map made of the prefixes that a version vector names."""
-    grids = OccupancyGrids(mission.frame, 1, mission.grids.model, 8)
-    log = mission.log
-    grids.apply(0, log.cells, log.increments, np.zeros_like(known), known)
-    return grids.evidence[0]
+    total = np.zeros(mission.frame.size, dtype=np.int64)
+    rows = np.concatenate(
+        [record.evidence for record in tape.records if record.evidence is not None]
+    )
+    for robot, count in enumerate(known):
+        entries = rows[rows[:, 0] == robot][:count]
+        np.add.at(total, entries[:, 1], entries[:, 2])
+    return total
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.4])
@@ -89,28 +97,31 @@ def replay(mission: Mission, known: np.ndarray) -> np.ndarray:
 def test_maps_differ_exactly_as_version_vectors_say(share: float, seed: int) -> None:
     given = scenario_of(seed=seed, steps=100)
     weather = Weather(8, share, seed)
-    mission = Mission(given, world=small_world(seed), links=weather)
-    versions = np.zeros((8, 8), dtype=np.int64)
+    tape = Tape()
+    mission = Mission(given, world=small_world(seed), links=weather, recorder=tape)
+    expected = np.zeros((8, 8), dtype=np.int64)
+    sending = np.ones(8, dtype=np.bool_)
     while not mission.done:
         mission.step()
         step = mission.step_number
-        links = weather(step)
         # Version vectors by sets: mine grows, and I take the best of what those I hear had.
-        length = mission.log.length
-        had = versions.copy()
+        length = mission.log.end()
+        had = expected.copy()
         np.fill_diagonal(had, length)
-        versions = had.copy()
+        expected = had.copy()
         for i in range(8):
-            for j in np.flatnonzero(links[i]):
-                versions[i] = np.maximum(versions[i], had[j])
-        assert (mission.known == versions).all()
+            for j in np.flatnonzero(weather(step)[i] & sending):
+                expected[i] = np.maximum(expected[i], had[j])
+        assert (versions(mission) == expected).all()
+        sending = mission.minds.own["sends"].copy()
         if step % 20 == 0 or mission.done:
             for i in range(8):
-                assert_same(mission.grids.evidence[i], replay(mission, mission.known[i]), "maps")
-            assert_same(mission.swarm.evidence[0], replay(mission, length), "the swarm's map")
+                own = replay(mission, tape, expected[i])
+                assert_same(mission.map_of(i).evidence.ravel(), own, "maps")
+            assert_same(mission.swarm.evidence[0], replay(mission, tape, length), "swarm's map")
     assert mission.end_reason is not None
     if share == 0.0:
-        assert (mission.known == np.diag(mission.log.length)).all()
+        assert (versions(mission) == np.diag(mission.log.end())).all()
 
 
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.8])
@@ -124,7 +135,7 @@ def test_invariants_with_partial_links(share: float, rule: str) -> None:
         minds, bodies = mission.minds, mission.bodies
         capacity = given.battery.capacity_steps
         assert ((bodies.charge >= 0) & (bodies.charge <= capacity)).all()
-        assert (minds.sending == bodies.alive).all()
+        assert (minds.own["thinks"] == bodies.alive).all()
         assert mission.explored_m2 >= area
         area = mission.explored_m2
         for i in np.flatnonzero(bodies.alive):
@@ -134,7 +145,7 @@ def test_invariants_with_partial_links(share: float, rule: str) -> None:
                 assert leader == i, "a robot in CHR mode follows nobody"
             same = np.flatnonzero(minds.team == minds.team[i])
             edges += len(same) > 1
-            assert minds.state[i, DESTINATION] < mission.frame.size
+            assert minds.own["destination"][i] < mission.frame.size
         gaps = np.hypot(*(bodies.position[:, None] - bodies.position[None]).transpose(2, 0, 1))
         assert gaps[np.triu_indices(10, 1)].min() >= 2 * given.body.radius_m - 1e-6
     assert edges > 0, "teams formed"
@@ -150,13 +161,14 @@ def test_with_full_links_again_beliefs_agree_again() -> None:
     mission = Mission(scenario_of(seed=3, steps=80), world=small_world(3), links=links)
     while mission.step_number < 70:
         mission.step()
-    evidence = mission.grids.evidence
-    assert (evidence == mission.swarm.evidence[0]).all()
-    heard = mission.minds.heard_state
-    living = np.flatnonzero(mission.minds.sending)
+    for robot in range(8):
+        assert (mission.map_of(robot).evidence == mission.map.evidence).all()
+    knowledge = mission.knowledge
+    living = np.flatnonzero(mission.minds.thinking)
+    heard = knowledge.heard[knowledge.ear]
     assert (heard[np.ix_(living, living)] == heard[living[0], living]).all()
     minds = mission.minds
     for i in living:
         followed = minds.leader[i]
-        assert minds.state[followed, LEADER] == followed
-        assert minds.state[followed, TEAM] == minds.state[i, TEAM]
+        assert minds.own["leader"][followed] == followed
+        assert minds.own["team"][followed] == minds.own["team"][i]

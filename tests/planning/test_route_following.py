@@ -9,18 +9,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from known import knowledge_of, place
 from numpy.typing import NDArray
 
 from swarmscout.core.enums import CHARGE, FORWARD, NO_CONTACT, STOP
+from swarmscout.core.events import EventLog
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import MODE, TARGET, blank_minds
+from swarmscout.minds.minds import blank_minds
 from swarmscout.planning.costs import RouteCosts
-from swarmscout.planning.route_table import LENGTH
-from swarmscout.planning.routes import Planner
+from swarmscout.planning.routes import Planner, Vehicle
 from swarmscout.robots.bodies import TICKS, heading_table, place_bodies
-from swarmscout.robots.motion import Neighbourhood, move
+from swarmscout.robots.motion import Motion
 from swarmscout.worlds.world import World
 
 MODEL = InverseSensorModel(
@@ -41,20 +42,19 @@ class Trip:
         self.frame = GridFrame.covering(world.extent, cell_m)
         robots = len(starts)
         self.bodies = place_bodies(starts, headings, np.ones(robots))
-        self.minds = blank_minds(robots, shared=True)
+        self.minds = blank_minds(robots)
         self.grids = OccupancyGrids(self.frame, 1, MODEL, 8)
         costs = RouteCosts(
             round(1000 * cell_m), round(1000 * cell_m * math.sqrt(2.0)), 1000,
             int(MODEL.permille()[0]),
         )  # fmt: skip
         stations = np.zeros((0, 2)) if stations_m is None else stations_m
-        self.planner = Planner(
-            self.frame, robots, 1, costs, stations, 1.4, TABLE, TURN, 0.2, RADIUS_M
-        )
-        self.near = Neighbourhood(world.extent, robots, RADIUS_M, FORWARD_M)
+        vehicle = Vehicle(RADIUS_M, FORWARD_M, TURN, 1.4, TABLE)
+        self.planner = Planner(self.frame, robots, costs, stations, vehicle)
+        self.motion = Motion(world, robots, RADIUS_M, FORWARD_M, TURN, TABLE)
+        self.knowledge = knowledge_of(self.minds, self.grids)
         self.action = np.zeros(robots, dtype=np.int64)
-        self.events = np.zeros((robots + 4, 4), dtype=np.int64)
-        self.count = np.zeros(1, dtype=np.int64)
+        self.log = EventLog(robots)
         self.step_number = 0
         self.tell(np.full(self.frame.shape, -5000))
 
@@ -72,24 +72,17 @@ class Trip:
     def plan(self) -> int:
         """Plan; returns how many routes were planned."""
         self.step_number += 1
-        self.count[0] = 0
-        self.minds.reading[:, :2] = self.bodies.position
-        self.minds.reading[:, 2] = self.bodies.heading
-        self.planner.plan(self.minds, self.grids, self.step_number, self.events, self.count)
+        self.log.clear()
+        place(self.minds, self.bodies.position)
+        self.minds.own["heading"] = self.bodies.heading
+        self.planner.plan(self.minds, self.knowledge, self.step_number, self.log)
         # What happened in this step is over in the next.
         self.grids.counts[:, 0] = 0
-        return int(self.count[0])
+        return len(self.log.entries)
 
     def act(self) -> None:
-        bodies, near, world = self.bodies, self.near, self.world
-        self.planner.steer(self.minds, self.grids, bodies.contact, self.action)
-        move(
-            world.free, *world.origin_m, world.resolution_m,
-            bodies.position, bodies.heading, bodies.alive, self.action,
-            bodies.contact, bodies.contact_offset, bodies.touched,
-            near.first, near.following, near.before, *near.shape, *near.origin_m, near.edge_m,
-            RADIUS_M, FORWARD_M, TURN, TABLE, self.step_number,
-        )  # fmt: skip
+        self.planner.steer(self.minds, self.knowledge, self.bodies.contact, self.action)
+        self.motion.carry_out(self.action, self.bodies, self.step_number)
 
     def gap_to(self, cell: int) -> float:
         """Distance of robot 0 from a cell's centre."""
@@ -116,7 +109,7 @@ def test_a_robot_alone_in_the_open_arrives(seed: int, cell_m: float) -> None:
     trip = Trip(world, cell_m, start[None], rng.integers(0, TICKS, 1))
     # A goal whose centre a body can reach.
     goal = cell_at(trip, *rng.uniform(low + cell_m, high - cell_m))
-    trip.minds.state[0, TARGET] = goal
+    trip.minds.own["target"][0] = goal
     away = trip.gap_to(goal)
     plans = 0
     # Three times the straight time and some for turning on the spot at the start.
@@ -150,7 +143,7 @@ def test_a_robot_finds_its_way_through_a_known_maze_of_pillars(seed: int) -> Non
     trip.world = World("pillars", free, 0.1, (-2.0, 1.0))
     trip.tell(np.where(closed, 10000, 0))
     goal = cell_at(trip, 5.5, 8.5)
-    trip.minds.state[0, TARGET] = goal
+    trip.minds.own["target"][0] = goal
     for _ in range(250):
         trip.plan()
         trip.act()
@@ -163,7 +156,7 @@ def test_a_robot_that_charges_drives_to_the_station_and_waits_there(seed: int) -
     stations = np.array([[0.0, 3.0], [5.0, 8.0]])
     start = rng.uniform((-1.8, 1.2), (5.8, 8.8))
     trip = Trip(open_world(), 0.5, start[None], rng.integers(0, TICKS, 1), stations)
-    trip.minds.state[0, MODE] = CHARGE
+    trip.minds.own["mode"][0] = CHARGE
     nearest = int(np.argmin(np.hypot(*(stations - start).T)))
     ways = np.hypot(*(stations - start).T)
     for _ in range(150):
@@ -182,7 +175,7 @@ def test_a_robot_turns_the_short_way_and_drives_once_it_looks_ahead(
 ) -> None:
     trip = Trip(open_world(), 0.5, np.array([[2.25, 5.25]]), np.array([heading]))
     goal = cell_at(trip, 2.25 + 2.4 * TABLE[direction, 0], 5.25 + 2.4 * TABLE[direction, 1])
-    trip.minds.state[0, TARGET] = goal
+    trip.minds.own["target"][0] = goal
     trip.plan()
     # All is free up to the goal, so that is what it heads for.
     x_m, y_m = trip.frame.centre_of(*trip.frame.unflat(goal))
@@ -199,7 +192,7 @@ def test_a_robot_turns_the_short_way_and_drives_once_it_looks_ahead(
 def on_the_way() -> tuple[Trip, list[int]]:
     """A robot with a route of twelve straight cells, which has driven a little of it."""
     trip = Trip(open_world(), 0.5, np.array([[-1.25, 3.25]]), np.array([0]))
-    trip.minds.state[0, TARGET] = cell_at(trip, 4.75, 3.25)
+    trip.minds.own["target"][0] = cell_at(trip, 4.75, 3.25)
     assert trip.plan() == 1
     for _ in range(5):
         trip.act()
@@ -221,7 +214,7 @@ def test_a_route_is_planned_anew_when_a_cell_on_it_closes() -> None:
 
 def test_a_route_is_planned_anew_when_it_would_come_to_cut_a_corner() -> None:
     trip = Trip(open_world(), 0.5, np.array([[-1.25, 1.75]]), np.array([450]))
-    trip.minds.state[0, TARGET] = cell_at(trip, 2.75, 5.75)
+    trip.minds.own["target"][0] = cell_at(trip, 2.75, 5.75)
     assert trip.plan() == 1
     before, after = trip.planner.table.ahead(0)[3:5].tolist()
     columns = trip.frame.columns
@@ -245,14 +238,14 @@ def test_a_route_is_kept_when_only_other_things_change() -> None:
 
 def test_a_route_is_planned_anew_when_the_goal_changes_or_the_robot_is_pushed_off() -> None:
     trip, ahead = on_the_way()
-    trip.minds.state[0, TARGET] = ahead[2]
+    trip.minds.own["target"][0] = ahead[2]
     assert trip.plan() == 1
     assert trip.planner.table.ahead(0).tolist()[-1] == ahead[2]
     assert trip.plan() == 0
     trip.bodies.position[0, 1] += 2.6
     assert trip.plan() == 1
     assert trip.plan() == 0
-    trip.minds.state[0, TARGET] = -1
+    trip.minds.own["target"][0] = -1
     assert trip.plan() == 0
     assert len(trip.planner.table.ahead(0)) == 0
     trip.act()
@@ -263,10 +256,10 @@ def test_where_there_is_no_route_it_is_tried_again_after_ten_steps() -> None:
     trip, ahead = on_the_way()
     trip.tell_cell(ahead[-1], 10000)
     assert trip.plan() == 1
-    assert trip.planner.table.cost[0] == -1
+    assert trip.planner.table.state["cost"][0] == -1
     trip.tell_cell(ahead[-1], -10000)  # Open again, but nobody looks before its time.
     assert [trip.plan() for _ in range(10)] == [0] * 9 + [1]
-    assert trip.planner.table.cost[0] > 0
+    assert trip.planner.table.state["cost"][0] > 0
 
 
 def test_a_closed_goal_leaves_the_robot_standing() -> None:
@@ -277,13 +270,13 @@ def test_a_closed_goal_leaves_the_robot_standing() -> None:
         trip.plan()
         trip.act()
     assert np.array_equal(trip.bodies.position, place)
-    assert trip.planner.table.state[0, LENGTH] == 0
+    assert trip.planner.table.state["length"][0] == 0
 
 
 def test_a_robot_whose_charge_is_gone_plans_and_does_nothing() -> None:
     trip, _ = on_the_way()
-    trip.minds.sending[0] = False
-    trip.minds.state[0, TARGET] = cell_at(trip, 0.25, 7.25)
+    trip.minds.own["thinks"][0] = False
+    trip.minds.own["target"][0] = cell_at(trip, 0.25, 7.25)
     assert trip.plan() == 0
     trip.act()
     assert trip.action[0] == STOP
@@ -296,7 +289,7 @@ def test_two_robots_that_meet_head_on_get_past_each_other(heading: int) -> None:
     starts = np.array([middle - 2.0 * way, middle + 2.0 * way])
     trip = Trip(open_world(), 0.5, starts, np.array([heading, heading + 1800]))
     goals = [cell_at(trip, *starts[1]), cell_at(trip, *starts[0])]
-    trip.minds.state[:, TARGET] = goals
+    trip.minds.own["target"] = goals
     touched = False
     for _ in range(120):
         trip.plan()

@@ -11,22 +11,27 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from known import knowledge_of
+from known import place as put
 from numpy.typing import NDArray
 
+from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import CHARGE, ROUTE
+from swarmscout.core.events import EventLog
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import MODE, TARGET, Minds, blank_minds
+from swarmscout.minds.minds import Minds, blank_minds
 from swarmscout.planning.costs import RouteCosts
-from swarmscout.planning.route_table import AT, FAILED_UNTIL, GOAL, LENGTH, LONGEST, STATION
-from swarmscout.planning.routes import LONG_STILL_STEPS, Planner, dock_cells
+from swarmscout.planning.route_table import LONGEST, STATION
+from swarmscout.planning.routes import LONG_STILL_STEPS, Planner, Vehicle, dock_cells
 
 MODEL = InverseSensorModel(
     -405, 847, log_odds_of(0.03), log_odds_of(0.97), log_odds_of(0.35), log_odds_of(0.65), 0.05
 )
 ANGLES = np.arange(3600) * 2.0 * np.pi / 3600
 TABLE = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]).round(15)
+VEHICLE = Vehicle(0.15, 0.2, 400, 1.4, TABLE)
 RULES = {"length": 1000, "probability": 0}
 
 Integers = NDArray[np.int64]
@@ -76,31 +81,31 @@ class Place:
         """Let some of the robots plan; the others want nothing."""
         robots = len(self.starts)
         grids = maps_of(self.frame, self.evidence, maps)
-        minds = blank_minds(robots, shared=maps == 1)
+        minds = blank_minds(robots)
         self.fill(minds)
         for i in range(robots):
             if who is not None and i not in who:
-                minds.state[i, TARGET] = -1
-                minds.state[i, MODE] = 0
-        planner = self.planner(maps)
-        events = np.zeros((robots + 1, 4), dtype=np.int64)
-        count = np.zeros(1, dtype=np.int64)
-        planner.plan(minds, grids, 7, events, count)
-        return planner, grids, events[: count[0]]
+                minds.own["target"][i] = -1
+                minds.own["mode"][i] = 0
+        planner, log = self.planner(), EventLog(robots)
+        planner.plan(minds, self.knowledge(minds, grids), 7, log)
+        return planner, grids, log.entries
 
-    def planner(self, maps: int) -> Planner:
-        return Planner(
-            self.frame, len(self.starts), maps, costs_for(self.rule, self.frame.cell_m),
-            self.stations_m, 1.4, TABLE, 400, 0.2, 0.15,
-        )  # fmt: skip
+    def planner(self) -> Planner:
+        costs = costs_for(self.rule, self.frame.cell_m)
+        return Planner(self.frame, len(self.starts), costs, self.stations_m, VEHICLE)
+
+    def knowledge(self, minds: Minds, grids: OccupancyGrids) -> Knowledge:
+        knowledge = knowledge_of(minds, grids)
+        knowledge.heard["x_m"], knowledge.heard["y_m"] = minds.own["x_m"], minds.own["y_m"]
+        knowledge.still[:] = np.where(self.standing, LONG_STILL_STEPS, LONG_STILL_STEPS - 1)
+        return knowledge
 
     def fill(self, minds: Minds) -> None:
         places = self.frame.centres_of(self.frame.unflat_many(self.starts))
-        minds.reading[:, :2] = places + 0.2 * self.frame.cell_m
-        minds.heard_reading[:, :, :2] = minds.reading[:, :2]
-        minds.still[:] = np.where(self.standing, LONG_STILL_STEPS, LONG_STILL_STEPS - 1)
-        minds.state[:, TARGET] = np.maximum(self.goals, -1)
-        minds.state[:, MODE] = np.where(self.goals == STATION, CHARGE, 0)
+        put(minds, places + 0.2 * self.frame.cell_m)
+        minds.own["target"] = np.maximum(self.goals, -1)
+        minds.own["mode"] = np.where(self.goals == STATION, CHARGE, 0)
 
     def graph(self, price: NDArray[np.int16], start: int) -> nx.DiGraph:
         """All moves that are allowed, and what they cost, from one robot's point of view."""
@@ -182,17 +187,17 @@ def test_routes_are_optimal_and_lead_from_cell_to_cell(place: Place) -> None:
         event = [row for row in events.tolist() if row[1] == i]
         assert len(event) == 1
         assert event[0][0] == ROUTE
-        assert event[0][3] == place.goals[i] == table.state[i, GOAL]
+        assert event[0][3] == place.goals[i] == table.state["goal"][i]
         if not reachable:
-            assert table.cost[i] == -1
-            assert table.state[i, LENGTH] == 0
-            assert table.state[i, FAILED_UNTIL] == 17
+            assert table.state["cost"][i] == -1
+            assert table.state["length"][i] == 0
+            assert table.state["failed_until"][i] == 17
             assert event[0][2] == -1
             continue
-        assert table.cost[i] == min(reachable)
-        assert table.state[i, FAILED_UNTIL] == 0
+        assert table.state["cost"][i] == min(reachable)
+        assert table.state["failed_until"][i] == 0
         way = [start, *table.ahead(i).tolist()]
-        assert event[0][2] == table.state[i, LENGTH] == len(way) - 1
+        assert event[0][2] == table.state["length"][i] == len(way) - 1
         assert way[-1] in ends
         assert (price[way[1:]] >= 0).all()
         # Each move is an edge: to a neighbour, into no occupied cell and round no corner.
@@ -207,7 +212,7 @@ def test_a_route_does_not_depend_on_who_else_asks(place: Place) -> None:
     for i in range(len(place.starts)):
         alone, _, _ = place.plan(who=[i])
         for other in (apart, alone):
-            assert other.table.cost[i] == together.table.cost[i]
+            assert other.table.state["cost"][i] == together.table.state["cost"][i]
             assert other.table.ahead(i).tolist() == together.table.ahead(i).tolist()
 
 
@@ -217,7 +222,7 @@ def test_route_costs_from_a_cell_equal_dijkstra(place: Place, seed: int) -> None
     rng = np.random.default_rng(seed)
     place.standing[:] = False
     grids = maps_of(place.frame, place.evidence, 1)
-    planner = place.planner(1)
+    planner = place.planner()
     start = int(place.starts[0])
     graph = place.graph(grids.price[0], start)
     lengths = nx.single_source_dijkstra_path_length(graph, start, weight="cost")
@@ -240,13 +245,13 @@ def test_route_costs_from_a_cell_equal_dijkstra(place: Place, seed: int) -> None
 def test_a_search_leaves_nothing_behind_for_the_next() -> None:
     place = random_place(11, "length", 0.2, 1)
     place.standing[:] = True
-    planner = place.planner(1)
+    planner = place.planner()
     grids = maps_of(place.frame, place.evidence, 1)
     targets = np.arange(place.frame.size)
     first = planner.costs_from(grids, 0, int(place.starts[0]), targets)
-    minds = blank_minds(len(place.starts), shared=True)
+    minds = blank_minds(len(place.starts))
     place.fill(minds)
-    planner.plan(minds, grids, 1, np.zeros((9, 4), dtype=np.int64), np.zeros(1, dtype=np.int64))
+    planner.plan(minds, place.knowledge(minds, grids), 1, EventLog(len(minds)))
     again = planner.costs_from(grids, 0, int(place.starts[0]), targets)
     assert np.array_equal(first, again)
 
@@ -269,15 +274,15 @@ def test_corners_are_not_cut() -> None:
     assert planner.table.ahead(0).tolist() == [4, 7]
     between = place_from(".# #.", (0, 1), (1, 0))
     planner, _, _ = between.plan()
-    assert planner.table.cost[0] == -1
+    assert planner.table.state["cost"][0] == -1
 
 
 def test_a_robot_in_an_occupied_cell_gets_out_but_nobody_passes_it() -> None:
     place = place_from(".#. .#. .#.", (1, 2), (1, 1), (1, 0))
     planner, _, _ = place.plan()
     assert planner.table.ahead(0).tolist() == [5]
-    assert planner.table.cost[1] == -1
-    assert planner.table.state[1, LENGTH] == 0
+    assert planner.table.state["cost"][1] == -1
+    assert planner.table.state["length"][1] == 0
 
 
 def test_robots_that_stand_for_long_are_driven_round() -> None:
@@ -319,27 +324,25 @@ def test_long_routes_are_cut_and_continued() -> None:
     columns = 3 * LONGEST
     frame = GridFrame(0.0, 0.0, 0.5, 1, columns)
     grids = maps_of(frame, np.full(columns, -5000), 1)
-    planner = Planner(
-        frame, 1, 1, costs_for("length"), np.zeros((0, 2)), 1.4, TABLE, 400, 0.2, 0.15
-    )
-    minds = blank_minds(1, shared=True)
-    minds.state[0, TARGET] = columns - 1
-    minds.reading[0, :2] = 0.25, 0.25
-    events, count = np.zeros((4, 4), dtype=np.int64), np.zeros(1, dtype=np.int64)
+    planner = Planner(frame, 1, costs_for("length"), np.zeros((0, 2)), VEHICLE)
+    minds = blank_minds(1)
+    minds.own["target"][0] = columns - 1
+    put(minds, (0.25, 0.25))
+    knowledge, log = knowledge_of(minds, grids), EventLog(1)
     driven = [0]
     state = planner.table.state[0]
     plans = 0
     for step in range(columns + 5):
-        count[0] = 0
-        planner.plan(minds, grids, step, events, count)
-        plans += int(count[0])
+        log.clear()
+        planner.plan(minds, knowledge, step, log)
+        plans += len(log.entries)
         ahead = planner.table.ahead(0)
         assert len(ahead) <= LONGEST
-        if state[AT] >= state[LENGTH]:
+        if state["at"] >= state["length"]:
             break
         driven.append(int(ahead[0]))
-        minds.reading[0, 0] = frame.centre_of(0, driven[-1])[0]
-        state[AT] += 1
+        minds.own["x_m"][0] = frame.centre_of(0, driven[-1])[0]
+        state["at"] += 1
     assert driven == list(range(columns))
     assert plans == 3
 
@@ -352,12 +355,10 @@ def test_cells_that_are_certainly_free_still_cost_something(rule: str) -> None:
     )
     frame = GridFrame(0.0, 0.0, 0.5, 4, 5)
     grids = maps_of(frame, np.full(frame.size, -20000), 1, model)
-    planner = Planner(
-        frame, 1, 1, costs_for(rule, model=model), np.zeros((0, 2)), 1.4, TABLE, 400, 0.2, 0.15
-    )
-    minds = blank_minds(1, shared=True)
-    minds.state[0, TARGET] = 19
-    minds.reading[0, :2] = 0.25, 0.25
-    planner.plan(minds, grids, 1, np.zeros((4, 4), dtype=np.int64), np.zeros(1, dtype=np.int64))
+    planner = Planner(frame, 1, costs_for(rule, model=model), np.zeros((0, 2)), VEHICLE)
+    minds = blank_minds(1)
+    minds.own["target"][0] = 19
+    put(minds, (0.25, 0.25))
+    planner.plan(minds, knowledge_of(minds, grids), 1, EventLog(1))
     assert planner.table.ahead(0).tolist()[-1:] == [19]
-    assert planner.table.cost[0] > 0
+    assert planner.table.state["cost"][0] > 0

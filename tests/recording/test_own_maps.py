@@ -47,7 +47,8 @@ class Watch:
     def record(self, _: Any) -> None:
         of = self.mission.map_of
         self.maps.append(np.stack([of(robot).log_odds for robot in range(ROBOTS)]))
-        self.known.append(self.mission.known.copy())
+        knowledge = self.mission.knowledge
+        self.known.append(knowledge.versions[knowledge.ear])
 
     def end(self, summary: Any) -> None: ...
 

@@ -7,7 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmscout.core.enums import STRANDED
-from swarmscout.robots.battery import spend_or_charge
+from swarmscout.core.events import EventLog
+from swarmscout.robots.battery import CHARGER, spend_or_charge
+from swarmscout.robots.bodies import CAPABILITIES
 
 
 @given(
@@ -28,15 +30,15 @@ def test_charge_follows_its_definition(
     alive = np.ones(robots, dtype=np.bool_)
     alive[0] = False
     charge[0] = 0.0
-    events = np.full((robots, 4), 99, dtype=np.int64)
+    can = np.ones(robots, dtype=CAPABILITIES)
+    charger = np.array([(capacity, per_step, reach)], dtype=CHARGER)
+    log = EventLog(robots)
     for _ in range(30):
         position = rng.uniform(0.0, 5.0, (robots, 2))
         docking = rng.random(robots) < 0.4
         before, lived = charge.copy(), alive.copy()
-        count = np.zeros(1, dtype=np.int64)
-        spend_or_charge(
-            position, charge, alive, docking, places, capacity, per_step, reach, events, count
-        )
+        log.clear()
+        spend_or_charge(position, charge, alive, can, docking, places, charger, log.rows)
         stranded = []
         for i in range(robots):
             near = any(np.hypot(*(position[i] - place)) <= reach for place in places)
@@ -52,4 +54,6 @@ def test_charge_follows_its_definition(
         assert ((charge >= 0.0) & (charge <= capacity)).all()
         assert np.array_equal(lived & ~alive, np.isin(np.arange(robots), stranded))
         assert not (alive & ~lived).any()
-        assert events[: count[0]].tolist() == [[STRANDED, i, -1, -1] for i in stranded]
+        for i in stranded:
+            assert can[i].tolist() == (False, False, False, True, False), "it can only hear"
+        assert log.entries.tolist() == [[STRANDED, i, -1, -1] for i in stranded]

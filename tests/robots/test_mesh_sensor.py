@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import gc
 import math
 import weakref
@@ -12,31 +13,26 @@ from cave_meshes import extruded
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarmscout.robots.bodies import heading_table, to_ticks
-from swarmscout.robots.mesh_sensor import bucket_triangles, scan_mesh
-from swarmscout.robots.range_sensor import RangeSensor, cast_rays
-from swarmscout.worlds import Mesh, load_world, world_from_ascii
+from swarmscout.core.errors import SensorError
+from swarmscout.robots.bodies import TICKS, heading_table, place_bodies, to_ticks
+from swarmscout.robots.sensors.fan import Fan
+from swarmscout.robots.sensors.mesh_rays import bucket_triangles, cast_rays_at_mesh, mesh_ranges
+from swarmscout.worlds import Mesh, load_world, world_from_array, world_from_ascii
 from swarmscout.worlds.reachability import standing_places
 
 TABLE = heading_table()
 
 
-def fan(offsets, range_m):
-    sensor = RangeSensor(1, 0.0, range_m)
-    sensor.offsets = np.asarray(offsets, dtype=np.int64)
-    return sensor
-
-
-def scan(
-    mesh, position, footing, heading, offsets, *, range_m=1.0, height_m=0.0, noise=None, alive=True
-):
+def scan(mesh, position, footing, heading, offsets, *, range_m=1.0, height_m=0.0, alive=True):
     position = np.atleast_2d(np.asarray(position, dtype=np.float64))
     robots = len(position)
+    plane = np.atleast_2d(np.asarray(footing, dtype=float)) + np.array([height_m, 0.0, 0.0])
+    ways = TABLE[np.tile((heading + np.asarray(offsets)) % TICKS, (robots, 1))]
     ranges = np.full((robots, len(offsets)), np.nan)
-    scan_mesh(
-        bucket_triangles(mesh), position, np.atleast_2d(np.asarray(footing, dtype=float)), height_m,
-        np.full(robots, heading, dtype=np.int64), np.full(robots, alive), fan(offsets, range_m),
-        TABLE, np.zeros(ranges.shape) if noise is None else noise, ranges,
+    buckets = bucket_triangles(mesh)
+    cast_rays_at_mesh(
+        buckets.corners, buckets.frame, buckets.first, buckets.entries,
+        position, plane, np.full(robots, alive), ways, range_m, ranges,
     )  # fmt: skip
     return ranges
 
@@ -94,23 +90,17 @@ def test_upright_walls_on_a_flat_floor_scan_as_the_raster_does(range_m):
     places = world.frame.centres_of(np.argwhere(standing_places(world)))
     rng = np.random.default_rng(0)
     position = places[rng.integers(len(places), size=400)] + rng.uniform(-0.09, 0.09, (400, 2))
-    sensor = RangeSensor(9, 70.0, range_m)
-    on_raster = np.zeros((400, 9))
-    noise = rng.normal(0.0, 0.02, (400, 9))
+    on_raster, on_mesh = (
+        Fan(range_m=range_m, sensing=sensing, height_m=0.15) for sensing in ("raster", "mesh")
+    )
+    world = dataclasses.replace(world, mesh=mesh, ground_m=None)
     for heading in (0, 777, 2000):
-        cast_rays(
-            world.free, *world.origin_m, world.resolution_m, position,
-            np.full(400, heading), np.ones(400, dtype=np.bool_), sensor.offsets, TABLE, range_m,
-            noise, on_raster,
-        )  # fmt: skip
-        on_mesh = scan(
-            mesh, position, np.zeros((400, 3)), heading, sensor.offsets, range_m=range_m,
-            height_m=0.15, noise=noise,
-        )  # fmt: skip
+        bodies = place_bodies(position, np.full(400, heading), np.ones(400))
+        on_raster_m, on_mesh_m = (s.scan(bodies, world, 3).ranges for s in (on_raster, on_mesh))
         # A wall at the very end of the range may count or not.
-        both = np.isfinite(on_mesh) & np.isfinite(on_raster)
-        one = np.isfinite(on_mesh) != np.isfinite(on_raster)
-        np.testing.assert_allclose(on_mesh[both], on_raster[both], atol=1e-5)
+        both = np.isfinite(on_mesh_m) & np.isfinite(on_raster_m)
+        one = np.isfinite(on_mesh_m) != np.isfinite(on_raster_m)
+        np.testing.assert_allclose(on_mesh_m[both], on_raster_m[both], atol=1e-5)
         assert one.sum() <= 2
         assert both.mean() > 0.1
 
@@ -158,3 +148,15 @@ def test_a_mesh_is_sorted_once_and_forgotten_with_it():
     del mesh
     gc.collect()
     assert buckets() is None
+
+
+def test_ranges_follow_the_ground_and_a_world_without_a_mesh_is_refused():
+    ground = np.tile(np.linspace(0.0, 2.0, 40, dtype=np.float32), (40, 1))
+    wall = Mesh([[3.0, -2, -3], [3.0, 6, -3], [3.0, 2, 9]], [[0, 1, 2]])
+    bare = world_from_array(np.ones((40, 40), dtype=np.uint8), ground_m=ground)
+    world = dataclasses.replace(bare, mesh=wall)
+    bodies = place_bodies(np.array([[2.0, 2.0]]), np.array([0]), np.ones(1))
+    ahead = np.array([0, 1800])
+    assert mesh_ranges(bodies, world, ahead, 5.0, 0.2)[0] == pytest.approx([1.0, np.inf])
+    with pytest.raises(SensorError, match="has no mesh"):
+        mesh_ranges(bodies, bare, ahead, 5.0, 0.2)

@@ -25,7 +25,7 @@ from swarmscout.core.enums import (
     WALL_CONTACT,
 )
 from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
-from swarmscout.robots.motion import Neighbourhood, move
+from swarmscout.robots.motion import Motion
 from swarmscout.worlds.world import World
 
 TABLE = heading_table()
@@ -49,29 +49,19 @@ class Arena:
     steps: int = 0
 
     def __post_init__(self) -> None:
-        near = Neighbourhood(
-            self.world.extent, len(self.bodies.heading), self.radius_m, self.forward_m
+        robots = len(self.bodies.heading)
+        self.motion = Motion(
+            self.world, robots, self.radius_m, self.forward_m, TURN, TABLE, edge_m=self.edge_m
         )
-        if self.edge_m is not None:
-            left, right, bottom, top = self.world.extent
-            near.edge_m = self.edge_m
-            near.shape = (
-                int((top - bottom) / self.edge_m) + 2,
-                int((right - left) / self.edge_m) + 2,
-            )
-            near.first = np.full(near.shape[0] * near.shape[1], -1, dtype=np.int64)
-        self.near = near
 
     def step(self, action: Integers) -> None:
-        world, bodies, near = self.world, self.bodies, self.near
         self.steps += 1
-        move(
-            world.free, *world.origin_m, world.resolution_m,
-            bodies.position, bodies.heading, bodies.alive, action,
-            bodies.contact, bodies.contact_offset, bodies.touched,
-            near.first, near.following, near.before, *near.shape, *near.origin_m, near.edge_m,
-            self.radius_m, self.forward_m, TURN, TABLE, self.steps,
-        )  # fmt: skip
+        self.motion.carry_out(action, self.bodies, self.steps)
+
+
+def offset_of(bodies: Bodies, i: int) -> Array:
+    """Where robot i touched a wall, seen from its centre."""
+    return np.array([bodies.touch["dx_m"][i], bodies.touch["dy_m"][i]])
 
 
 def wall_corners(world: World) -> Array:
@@ -168,19 +158,19 @@ def test_a_forward_move_fails_exactly_where_something_is_in_the_way(
     spacing = forward / (instants - 1)
     for _ in range(10):
         before, heading = bodies.position.copy(), bodies.heading.copy()
-        bodies.alive[:] = rng.random(robots) < 0.85
+        bodies.can["drive"] = rng.random(robots) < 0.85
         action = random_actions(rng, robots)
         arena.step(action)
         moved = np.any(bodies.position != before, axis=1)
         turn = np.select([action == LEFT, action == RIGHT], [TURN, -TURN], 0)
-        assert np.array_equal(bodies.heading, (heading + turn * bodies.alive) % TICKS)
+        assert np.array_equal(bodies.heading, (heading + turn * bodies.can["drive"]) % TICKS)
         # Who comes first rotates; each sees earlier ones as they really moved, later ones standing.
         order = [(k + arena.steps) % robots for k in range(robots)]
         for rank, i in enumerate(order):
-            if action[i] != FORWARD or not bodies.alive[i]:
+            if action[i] != FORWARD or not bodies.can["drive"][i]:
                 assert not moved[i]
                 assert bodies.contact[i] == NO_CONTACT
-                assert bodies.touched[i] == -1
+                assert bodies.touch["robot"][i] == -1
                 continue
             angle = 2.0 * np.pi * heading[i] / TICKS
             goal = before[i] + forward * np.array([np.cos(angle), np.sin(angle)])
@@ -196,17 +186,17 @@ def test_a_forward_move_fails_exactly_where_something_is_in_the_way(
                 assert np.allclose(bodies.position[i], goal, rtol=0.0, atol=1e-12)
                 assert wall >= radius - SLACK
                 assert gaps.min() >= 2.0 * radius - SLACK
-                assert bodies.touched[i] == -1
+                assert bodies.touch["robot"][i] == -1
             elif bodies.contact[i] == WALL_CONTACT:
                 assert not moved[i]
                 assert wall < radius + spacing
-                assert bodies.touched[i] == -1
+                assert bodies.touch["robot"][i] == -1
             else:
                 assert not moved[i]
                 assert bodies.contact[i] == ROBOT_CONTACT
                 assert wall >= radius - SLACK
                 # Two discs may both move, so the gap can change twice as fast.
-                assert gaps[bodies.touched[i]] < 2.0 * radius + 2.0 * spacing
+                assert gaps[bodies.touch["robot"][i]] < 2.0 * radius + 2.0 * spacing
 
 
 @settings(max_examples=100)
@@ -218,7 +208,7 @@ def test_a_wall_contact_says_where_the_wall_is(drawn: tuple[int, float]) -> None
     for _ in range(10):
         arena.step(np.full(len(bodies.heading), FORWARD))
         for i in np.flatnonzero(bodies.contact == WALL_CONTACT):
-            offset = bodies.contact_offset[i]
+            offset = offset_of(bodies, i)
             row, col = frame.cell_of(*(bodies.position[i] + offset))
             assert not frame.contains(row, col) or arena.world.free[row, col] == 0
             assert np.hypot(*offset) <= arena.radius_m + arena.forward_m + frame.cell_m
@@ -256,8 +246,7 @@ def test_how_others_are_looked_up_changes_nothing(drawn: tuple[int, float]) -> N
             arena.step(random_actions(rng, len(arena.bodies.heading)))
             bodies = arena.bodies
             seen += [bodies.position.copy(), bodies.heading.copy(), bodies.contact.copy()]
-            seen += [bodies.touched.copy()]
-        assert (arena.near.first == -1).all()
+            seen += [bodies.touch["robot"].copy()]
         return seen
 
     usual = run(None)
@@ -311,7 +300,7 @@ def test_two_robots_that_drive_through_each_other_do_not() -> None:
     arena.step(np.array([FORWARD, FORWARD]))
     assert arena.bodies.contact.tolist() == [ROBOT_CONTACT, ROBOT_CONTACT]
     assert np.array_equal(arena.bodies.position, start)
-    assert arena.bodies.touched.tolist() == [1, 0]
+    assert arena.bodies.touch["robot"].tolist() == [1, 0]
 
 
 @settings(max_examples=60)
@@ -329,7 +318,7 @@ def test_small_robots_do_not_jump_over_thin_walls(seed: int, across: float) -> N
     arena.step(np.array([FORWARD]))
     assert arena.bodies.contact[0] == WALL_CONTACT
     assert np.array_equal(arena.bodies.position[0], start)
-    touched = start + arena.bodies.contact_offset[0]
+    touched = start + offset_of(arena.bodies, 0)
     assert world.frame.cell_of(*touched) == (4, 4)
 
 
@@ -337,10 +326,10 @@ def test_dead_robots_never_move_and_stay_in_the_way() -> None:
     world = World("plain", np.ones((20, 40), dtype=np.uint8), 0.1)
     start = np.array([[1.0, 1.0], [1.35, 1.0]])
     arena = Arena(world, place_bodies(start, np.array([0, 0]), np.ones(2)), 0.15, 0.2)
-    arena.bodies.alive[1] = False
+    arena.bodies.can["drive"][1] = False
     for action in (FORWARD, LEFT, RIGHT, STOP):
         arena.step(np.array([FORWARD, action]))
         assert np.array_equal(arena.bodies.position, start)
         assert arena.bodies.heading.tolist() == [0, 0]
         assert arena.bodies.contact.tolist() == [ROBOT_CONTACT, NO_CONTACT]
-        assert arena.bodies.touched.tolist() == [1, -1]
+        assert arena.bodies.touch["robot"].tolist() == [1, -1]

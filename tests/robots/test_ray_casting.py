@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from swarmscout.robots.bodies import TICKS, heading_table
-from swarmscout.robots.range_sensor import RangeSensor, cast_rays
+from swarmscout.robots.bodies import TICKS, place_bodies
+from swarmscout.robots.sensors.fan import Fan
+from swarmscout.robots.sensors.raster_rays import add_noise, raster_ranges
 from swarmscout.worlds.world import World
 
-TABLE = heading_table()
 SLACK = 1e-7
 
 Array = NDArray[np.float64]
@@ -44,22 +44,27 @@ def nearest_wall(corners: Array, edge: float, start: Array, angle: float, grow: 
     return float(enter[hit].min()) if hit.any() else np.inf
 
 
+class Rays:
+    """Directions over a fan, and the longest range."""
+
+    def __init__(self, rays: int, fan_deg: float, range_m: float) -> None:
+        angles = np.linspace(-fan_deg, fan_deg, rays) if rays > 1 else np.zeros(1)
+        self.offsets = np.rint(angles * TICKS / 360).astype(np.int64)
+        self.range_m = range_m
+
+
 def sense(
-    world: World, position: Array, heading: NDArray[np.int64], sensor: RangeSensor,
-    alive: NDArray[np.bool_] | None = None, noise: Array | None = None,
+    world: World, position: Array, heading: NDArray[np.int64], sensor: Rays,
+    alive: NDArray[np.bool_] | None = None,
 ) -> Array:  # fmt: skip
-    shape = len(position), len(sensor.offsets)
-    ranges = np.full(shape, np.nan)
-    cast_rays(
-        world.free, *world.origin_m, world.resolution_m, position, heading,
-        np.ones(shape[0], dtype=np.bool_) if alive is None else alive,
-        sensor.offsets, TABLE, sensor.range_m, np.zeros(shape) if noise is None else noise, ranges,
-    )  # fmt: skip
-    return ranges
+    bodies = place_bodies(position, heading, np.ones(len(position)))
+    if alive is not None:
+        bodies.alive[:] = alive
+    return raster_ranges(bodies, world, sensor.offsets, sensor.range_m)
 
 
 def agree(
-    world: World, position: Array, heading: NDArray[np.int64], sensor: RangeSensor
+    world: World, position: Array, heading: NDArray[np.int64], sensor: Rays
 ) -> tuple[int, int]:
     """Assert that all ranges agree with the oracle; returns how many rays met a wall, and none."""
     ranges = sense(world, position, heading, sensor)
@@ -114,7 +119,7 @@ def test_ranges_equal_the_oracle_at_random_places(
     rng = np.random.default_rng(seed)
     world = random_world(rng, rows, columns, resolution_m, walls)
     position = free_places(rng, world, 3)
-    agree(world, position, rng.integers(0, TICKS, 3), RangeSensor(rays, 170.0, range_m))
+    agree(world, position, rng.integers(0, TICKS, 3), Rays(rays, 170.0, range_m))
 
 
 @settings(max_examples=150)
@@ -130,7 +135,7 @@ def test_ranges_equal_the_oracle_on_borders_corners_and_along_the_axes(
     # Lower left corner of a cell, middle of a border, or the centre.
     position = (cells[:, ::-1] + rng.choice([0.0, 0.5], (4, 2))) * 0.25
     heading = rng.integers(0, 8, 4) * (TICKS // 8)
-    agree(world, position, heading, RangeSensor(9, 180.0, 1.0))
+    agree(world, position, heading, Rays(9, 180.0, 1.0))
 
 
 def test_the_oracle_is_put_to_work() -> None:
@@ -138,7 +143,7 @@ def test_the_oracle_is_put_to_work() -> None:
     rng = np.random.default_rng(0)
     world = random_world(rng, 20, 20, 0.2, 0.1)
     met, nothing = agree(
-        world, free_places(rng, world, 20), rng.integers(0, TICKS, 20), RangeSensor(9, 70.0, 1.0)
+        world, free_places(rng, world, 20), rng.integers(0, TICKS, 20), Rays(9, 70.0, 1.0)
     )
     assert met > 40
     assert nothing > 40
@@ -148,40 +153,53 @@ def test_outside_the_raster_is_wall() -> None:
     world = World("room", np.ones((4, 6), dtype=np.uint8), 0.5, (-1.0, 2.0))
     position = np.tile(np.array([[0.3, 2.9]]), (4, 1))
     heading = np.array([0, 900, 1800, 2700])
-    ranges = sense(world, position, heading, RangeSensor(1, 0.0, 10.0))
+    ranges = sense(world, position, heading, Rays(1, 0.0, 10.0))
     assert ranges[:, 0] == pytest.approx([1.7, 1.1, 1.3, 0.9])
 
 
 @given(seed=st.integers(0, 2**32 - 1), scale=st.sampled_from([0.01, 0.3, 3.0]))
-def test_noise_is_added_to_what_is_met_and_ranges_stay_positive(seed: int, scale: float) -> None:
+def test_noise_is_added_to_what_is_met_and_stays_within_the_range(seed: int, scale: float) -> None:
     rng = np.random.default_rng(seed)
-    world = random_world(rng, 12, 12, 0.2, 0.2)
-    position, heading = free_places(rng, world, 5), rng.integers(0, TICKS, 5)
-    sensor = RangeSensor(9, 70.0, 1.0)
-    noise = rng.normal(0.0, scale, (5, 9))
-    exact = sense(world, position, heading, sensor)
-    noisy = sense(world, position, heading, sensor, noise=noise)
-    assert np.array_equal(np.isinf(exact), np.isinf(noisy))
-    met = np.isfinite(exact)
-    assert np.allclose(noisy[met], np.maximum(0.0, exact[met] + noise[met]), rtol=0.0, atol=1e-12)
-    assert (noisy >= 0.0).all()
+    exact = rng.uniform(0.0, 1.0, (5, 9))
+    exact[rng.random(exact.shape) < 0.4] = np.inf
+    noise = rng.normal(0.0, 1.0, exact.shape)
+    noisy = exact.copy()
+    add_noise(noisy, noise, scale, 1.0)
+    measured = np.maximum(0.0, exact + scale * noise)
+    expected = np.where(measured <= 1.0, measured, np.inf)
+    assert np.allclose(noisy, expected, rtol=0.0, atol=1e-12)
 
 
 def test_dead_robots_see_nothing_and_take_nothing_from_the_others() -> None:
     rng = np.random.default_rng(3)
     world = random_world(rng, 15, 15, 0.1, 0.2)
     position, heading = free_places(rng, world, 6), rng.integers(0, TICKS, 6)
-    sensor, noise = RangeSensor(9, 70.0, 1.0), rng.normal(0.0, 0.02, (6, 9))
+    sensor = Rays(9, 70.0, 1.0)
     alive = np.array([True, False, True, False, False, True])
-    some = sense(world, position, heading, sensor, alive, noise)
-    everybody = sense(world, position, heading, sensor, None, noise)
+    some = sense(world, position, heading, sensor, alive)
+    everybody = sense(world, position, heading, sensor)
     assert np.isinf(some[~alive]).all()
     assert np.array_equal(some[alive], everybody[alive])
 
 
-@given(st.integers(2, 40), st.floats(0.0, 180.0))
+@given(st.integers(2, 40), st.floats(0.0, 179.9))
 def test_rays_are_spread_evenly_from_right_to_left(rays: int, fan_deg: float) -> None:
-    sensor = RangeSensor(rays, fan_deg, 1.0)
     even = [-fan_deg + 2.0 * fan_deg * k / (rays - 1) for k in range(rays)]
-    assert np.abs(sensor.offsets / 10.0 - even).max() <= 0.05 + 1e-9
-    assert RangeSensor(1, fan_deg, 1.0).offsets.tolist() == [0]
+    assert np.abs(np.array(Fan(rays=rays, fan_deg=fan_deg).angles_deg()) - even).max() <= 1e-9
+    assert Fan(rays=1, fan_deg=fan_deg).angles_deg() == [0.0]
+
+
+@settings(max_examples=25)
+@given(seed=st.integers(0, 2**32 - 1), range_m=st.floats(1.0, 30.0))
+def test_long_rays_in_open_caves_equal_the_oracle(seed: int, range_m: float) -> None:
+    """Rays leap over what is free: in the open, far from walls, and along them."""
+    rng = np.random.default_rng(seed)
+    free = np.zeros((60, 90), dtype=np.uint8)
+    for _ in range(12):
+        row, col = rng.integers(0, 50), rng.integers(0, 75)
+        free[row : row + rng.integers(1, 30), col : col + rng.integers(1, 40)] = 1
+    free[rng.integers(0, 60, 20), rng.integers(0, 90, 20)] = 0
+    free[30, 45] = 1
+    world = World("caves", free, 0.1, tuple(rng.uniform(-5.0, 5.0, 2).tolist()))
+    position = free_places(rng, world, 3)
+    agree(world, position, rng.integers(0, TICKS, 3), Rays(24, 172.5, range_m))

@@ -7,7 +7,6 @@ from small_studies import SMALL
 
 from swarmscout.studies.comparison import arms_of, compare, compare_arms, metric_of
 from swarmscout.studies.sensing_limit import sensing_limit_m2
-from swarmscout.studies.table import missions_table
 
 TWO_WORLDS = SMALL.replace('world = "lava-tube-small"\n', "") + (
     'world = ["lava-tube-small", "lava-maze"]\nrobots = [3, 4]\n'
@@ -20,7 +19,7 @@ def with_values(make_study):
 
     def make(text, trials, area):
         study = make_study(text, trials=trials)
-        frame = missions_table(study).with_columns(
+        frame = study.frame().with_columns(
             pl.lit("finished").alias("status"),
             pl.struct(pl.all())
             .map_elements(lambda row: float(area(row)), return_dtype=pl.Float64)

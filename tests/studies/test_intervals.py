@@ -149,8 +149,8 @@ def test_times_that_were_not_reached_are_censored():
     assert found.median == 140
     assert found.median_low is not None
     assert found.median_low <= 140
-    nobody = times_to(np.full(3, np.nan), np.full(3, 300.0))
-    assert (nobody.reached, nobody.median, nobody.restricted.value) == (0, None, 300.0)
+    none = times_to(np.full(3, np.nan), np.full(3, 300.0))
+    assert (none.reached, none.median, none.restricted.value) == (0, None, 300.0)
 
 
 def test_medians_agree_with_plain_ones_where_nothing_is_censored():

@@ -1,11 +1,14 @@
 """A study's file: what it says, and what is said when it is wrong."""
 
+import os
 import re
 
 import pytest
+from in_this_process import InThisProcess
 from small_studies import SMALL
 
 from swarmscout.core.errors import StudyError
+from swarmscout.studies.scheduler import run_study
 from swarmscout.studies.study import Study
 
 RULE = """
@@ -25,8 +28,8 @@ class First:
         ('question = "Which explores more?"', "", "key 'question' is missing"),
         ('name = "small"', 'name = "a/b"', "key 'name' = 'a/b'"),
         ("[compare]", "[[compare]]", "key 'compare'"),
-        ('axis = "destinations"', 'axis = "robots"', "compare.axis 'robots' is no axis"),
-        ('baseline = "quantile"', 'baseline = "x"', "compare.baseline 'x' is no value of axis"),
+        ('axis = "destinations"', 'axis = "robots"', "compare.axis 'robots' is not an axis"),
+        ('baseline = "quantile"', 'baseline = "x"', "compare.baseline 'x' is not a value of axis"),
         ('["quantile", "nearest"]', '["quantile"]', "has one value: there is nothing to compare"),
         ('["quantile", "nearest"]', "[]", "axis 'destinations' has no values"),
         ('["quantile", "nearest"]', '["quantile", "quantile"]', "has the value quantile twice"),
@@ -36,7 +39,7 @@ class First:
         ("robots = 4", "robot = 4", r"unknown key 'robot': did you mean 'robots'\?"),
         ("robots = 4", "seed = 4", "sets 'seed': say trials and first_seed instead"),
         ("[axes]", "[axes]\nseed = [1, 2]", "'seed' sets 'seed'"),
-        ("[axes]", "[axes]\nrobotz = [1, 2]", r"no scenario key: did you mean 'robots'\?"),
+        ("[axes]", "[axes]\nrobotz = [1, 2]", r"not a scenario key: did you mean 'robots'\?"),
         ("[axes]", "[axes]\nrobots = [1, -2]", "robots = -2.*'robots' = -2"),
         ("[axes]", '[axes]\nworld = ["lava-tub"]', "did you mean 'lava-tube'"),
         ("[axes]", "[axes]\nx = [{robots = 1}]", "every table needs a label"),
@@ -45,25 +48,56 @@ class First:
         ("trials", 'metric = "explored"\ntrials', "metric 'explored' is unknown"),
         ("trials", 'base = "papers"\ntrials', "unknown scenario 'papers'"),
         ("[axes]", "[axes", "is not valid TOML"),
+        (
+            "trials = {trials}",
+            "trials = 9_000_000_000_000_000_000",
+            "less than or equal to 1000000",
+        ),
+        ("trials = {trials}", "trials = 1" + "0" * 5000, "is not valid TOML: Exceeds the limit"),
+        ("robots = 4", "robots = " + "[" * 100_000, "brackets are nested too deeply"),
+        ("[axes]", '[axes]\nx = [{label = "\\u001b[2J", robots = 2}]', "control character"),
+        (
+            "trials = {trials}",
+            "trials = 1_000_000",
+            "2,000,000 missions: at most 1,000,000 are possible",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(make_study, old, new, message):
     assert old in SMALL
     with pytest.raises(StudyError, match=message) as error:
-        make_study(SMALL.replace(old, new, 1)).claim()
+        make_study(SMALL.replace(old, new, 1)).missions  # noqa: B018
     assert "\n" not in str(error.value)
 
 
 def test_a_study_that_cannot_be_run_leaves_no_folder(make_study, tmp_path):
     with pytest.raises(StudyError):
-        make_study(SMALL.replace('"nearest"', '"nearset"')).claim()
+        run_study(make_study(SMALL.replace('"nearest"', '"nearset"')), InThisProcess())
     assert not (tmp_path / "out").exists()
+
+
+def test_more_trials_than_there_can_be_are_refused(write_study):
+    with pytest.raises(StudyError, match="key 'trials' = 9000000000000000000"):
+        Study.load(write_study(), trials=9 * 10**18)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no FIFOs here")
+@pytest.mark.parametrize("line", ['base = "fifo"', 'world = "fifo"'])
+def test_a_fifo_is_not_waited_for(tmp_path, monkeypatch, make_study, line):
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("fifo")
+    with pytest.raises(StudyError, match="fifo' is not a regular file"):
+        Study.load("fifo")
+    text = SMALL.replace('world = "lava-tube-small"', line if "world" in line else "")
+    study = make_study(text if "world" in line else line + text)
+    with pytest.raises(StudyError, match="fifo' is not a regular file"):
+        study.missions  # noqa: B018
 
 
 def test_missing_files_are_named(tmp_path):
     with pytest.raises(StudyError, match=r"no\.toml' does not exist"):
         Study.load(tmp_path / "no.toml")
-    with pytest.raises(StudyError, match="is no study's folder"):
+    with pytest.raises(StudyError, match="is not a study's folder"):
         Study.load(tmp_path)
 
 
@@ -126,7 +160,7 @@ def test_parameters_of_rules_are_axes_too(make_study):
     ]
     assert sorted(map(str, found)) == sorted(map(str, expected))
     with pytest.raises(StudyError, match=r"policy\.pre = 2.*'pre'.*per"):
-        make_study(text.replace("policy.per", "policy.pre")).claim()
+        make_study(text.replace("policy.per", "policy.pre")).missions  # noqa: B018
 
 
 def test_names_say_what_is_run_and_by_which_rules(make_study, monkeypatch):
@@ -149,7 +183,8 @@ def test_files_are_known_by_what_they_hold(make_study, tmp_path):
     names = {m.name for m in study.missions}
     assert study.compared.labels == ["quantile", "First"]
 
-    study.claim()  # The kept file means the same where it lies.
+    with study.claimed():  # The kept file means the same where it lies.
+        pass
     assert {m.name for m in Study.load(tmp_path / "out").missions} == names
     rule.write_text(RULE + "\n# Another rule.\n", encoding="utf-8")
     assert len(names & {m.name for m in make_study(text).missions}) == 2  # Those of the baseline.

@@ -17,17 +17,23 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
+from known import exchange, place
 
-from swarmscout.comms.beacons import exchange_beacons
+from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import CHARGE, EXPLORE, JOIN, LEAVE
 from swarmscout.core.enums import LEADER as LEADER_EVENT
-from swarmscout.minds.minds import DESIRED, LEADER, MODE, PICK, STEP, TEAM, Minds, blank_minds
-from swarmscout.teams.formation import Tally, reorganize
+from swarmscout.core.events import EventLog
+from swarmscout.core.grid import GridFrame
+from swarmscout.mapping.log_odds import InverseSensorModel
+from swarmscout.mapping.occupancy import OccupancyGrids
+from swarmscout.minds.minds import Minds, blank_minds
+from swarmscout.teams.formation import TeamFormation
+from swarmscout.teams.parameters import TeamParameters
 
 Team = tuple[int, int]
 """A team as heard: its id, and the leader that a robot follows in it."""
 
-NO_LINKS = np.zeros((1, 1), dtype=np.bool_)
+MAP = GridFrame(0.0, 0.0, 0.5, 1, 8), 1, InverseSensorModel(-1, 1, -9, 9, -1, 1, 0.0), 8
 
 
 class Population:
@@ -44,16 +50,20 @@ class Population:
         rule: str = "charge",
     ) -> None:
         robots = len(positions_m)
-        self.minds: Minds = blank_minds(robots, shared=True)
-        self.minds.reading[:, :2] = positions_m
-        self.minds.reading[:, 3] = charge
+        self.minds: Minds = blank_minds(robots)
+        place(self.minds, positions_m)
+        self.knowledge = Knowledge(robots, OccupancyGrids(*MAP))
+        self.minds.own["charge"] = charge
         self.wanted = np.asarray(desired, dtype=np.int64).copy()
-        self.minds.state[:, DESIRED] = self.wanted
+        self.minds.own["desired"] = self.wanted
         self.d_join_m, self.silence, self.rule = d_join_m, silence, rule
         self.number = 0
         self.events: list[list[int]] = []
         self.snapshot: Snapshot | None = None
-        self._tally = Tally(robots)
+        self._formation = TeamFormation(
+            robots,
+            TeamParameters(d_join_m=d_join_m, silence_steps=silence, leave_rule=rule),  # type: ignore[arg-type]
+        )
 
     def step(
         self,
@@ -65,39 +75,29 @@ class Population:
         minds = self.minds
         self.number += 1
         if positions_m is not None:
-            minds.reading[:, :2] = positions_m
-        exchange_beacons(minds, NO_LINKS, self.number)
+            place(minds, positions_m)
+        exchange(self.knowledge, minds, self.number)
         if dead is not None:
-            minds.sending &= ~dead
+            minds.own["thinks"] &= ~dead
+            minds.own["sends"] &= ~dead
         if mode is not None:
-            minds.state[minds.sending, MODE] = mode[minds.sending]
-        minds.state[:, DESIRED] = np.where(minds.mode == CHARGE, 1, self.wanted)
+            minds.own["mode"][minds.own["thinks"]] = mode[minds.own["thinks"]]
+        minds.own["desired"] = np.where(minds.mode == CHARGE, 1, self.wanted)
         self.snapshot = Snapshot.of(self)
-        rows = np.zeros((8 * minds.robots + 16, 4), dtype=np.int64)
-        count = np.zeros(1, dtype=np.int64)
-        reorganize(
-            minds,
-            self._tally,
-            NO_LINKS,
-            self.number,
-            self.d_join_m,
-            self.silence,
-            self.rule,
-            rows,
-            count,
-        )
-        self.events = rows[: count[0]].tolist()
+        log = EventLog(len(minds))
+        self._formation.reorganize(minds, self.knowledge, self.number, log)
+        self.events = log.entries.tolist()
         return self.snapshot
 
     def gather(self, *teams: list[int], leaders: list[int] | None = None) -> None:
         """Put robots into teams by hand."""
         for index, members in enumerate(teams):
-            self.minds.state[members, TEAM] = 1000 + index  # Below every id that is minted.
-            self.minds.state[members, LEADER] = members[0] if leaders is None else leaders[index]
+            self.minds.own["team"][members] = 1000 + index  # Below every id that is minted.
+            self.minds.own["leader"][members] = members[0] if leaders is None else leaders[index]
 
     @property
     def living(self) -> list[int]:
-        return np.flatnonzero(self.minds.sending).tolist()
+        return np.flatnonzero(self.minds.own["thinks"]).tolist()
 
     def teams(self) -> dict[int, frozenset[int]]:
         """Living members by team id."""
@@ -127,27 +127,28 @@ class Snapshot:
     mode_now: list[int]
     living: list[int]
     members: dict[Team, frozenset[int]] = field(default_factory=dict)
+    fresh: list[int] = field(default_factory=list)
 
     @staticmethod
     def of(population: Population) -> Snapshot:
         minds, step = population.minds, population.number
-        heard = minds.heard_state[0]
+        heard = population.knowledge.heard[0]
         snapshot = Snapshot(
             step=step,
             d_join_m=population.d_join_m,
             rule=population.rule,
-            place=[tuple(p) for p in minds.heard_reading[0, :, :2].tolist()],
-            charge=minds.reading[:, 3].tolist(),
-            desired=heard[:, DESIRED].tolist(),
-            now=(heard[:, STEP] == step).tolist(),
-            leader=heard[:, LEADER].tolist(),
-            pick=heard[:, PICK].tolist(),
-            team=[(int(t), int(b)) for t, b in heard[:, (TEAM, LEADER)].tolist()],
+            place=[tuple(p) for p in np.column_stack((heard["x_m"], heard["y_m"])).tolist()],
+            charge=minds.own["charge"].tolist(),
+            desired=heard["desired"].tolist(),
+            now=(heard["step"] == step).tolist(),
+            leader=heard["leader"].tolist(),
+            pick=heard["partner"].tolist(),
+            team=[(int(t), int(b)) for t, b in zip(heard["team"], heard["leader"], strict=True)],
             mode_now=minds.mode.tolist(),
             living=population.living,
         )
-        fresh = np.flatnonzero(
-            (heard[:, STEP] >= 0) & (heard[:, STEP] >= step - population.silence)
+        fresh = snapshot.fresh = np.flatnonzero(
+            (heard["step"] >= 0) & (heard["step"] >= step - population.silence)
         ).tolist()
         for i in fresh:
             team = snapshot.team[i]
@@ -253,7 +254,9 @@ class Snapshot:
         for members, leader in groups:
             if not members:
                 continue
-            if leader not in members:
+            # A leader that fell silent leads until it counts as gone; one that left says so.
+            silent = leader not in self.living and leader in self.fresh
+            if leader not in members and not silent:
                 leader = min(members, key=lambda i: (-self.charge[i], i))
             partition.add(frozenset(members))
             leaders.update(dict.fromkeys(members, leader))

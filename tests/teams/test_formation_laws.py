@@ -9,8 +9,7 @@ import pytest
 from formation_reference import CHARGE, EXPLORE, JOIN, LEADER_EVENT, LEAVE, Population
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from swarmscout.minds.minds import DESIRED, LEADER, PICK, SIZE, TEAM
+from known import place
 
 PROFILE = settings(max_examples=40, deadline=None, derandomize=True, database=None)
 
@@ -30,10 +29,10 @@ def random_population(rng: np.random.Generator, **kwargs: Any) -> Population:
 def walk(rng: np.random.Generator, population: Population, *, deaths: float, modes: float) -> None:
     """One step in which robots move, change mode, and now and then die."""
     minds = population.minds
-    moved = minds.reading[:, :2] + rng.normal(0.0, 0.3, (minds.robots, 2))
-    flips = rng.random(minds.robots) < modes
+    moved = minds.position_m + rng.normal(0.0, 0.3, (len(minds), 2))
+    flips = rng.random(len(minds)) < modes
     mode = np.where(flips, 1 - minds.mode, minds.mode)
-    dead = rng.random(minds.robots) < deaths
+    dead = rng.random(len(minds)) < deaths
     population.step(moved, mode, dead)
 
 
@@ -42,7 +41,11 @@ def check_invariants(population: Population) -> None:
     for team, members in population.teams().items():
         leaders = {int(minds.leader[i]) for i in members}
         assert len(leaders) == 1, f"team {team} has leaders {leaders}"
-        assert leaders <= members, "a leader is a living member of its team"
+        heard = population.knowledge.heard[0]["step"]
+        silent = {
+            i for i in leaders - members if heard[i] >= population.number - population.silence
+        }
+        assert leaders - silent <= members, "a leader is a member that was heard not long ago"
         if any(minds.mode[i] == CHARGE for i in members):
             assert len(members) == 1, (
                 "a robot in CHR mode is alone, in the step in which it changes"
@@ -73,8 +76,8 @@ def test_every_step_is_what_the_reference_says(seed: int, rule: str) -> None:
         picks = snapshot.next_picks(population.minds.team.tolist())
         for team in snapshot.members:
             speaker = snapshot.speaker(team)
-            if speaker is not None:
-                assert population.minds.state[speaker, PICK] == picks.get(team, -1)
+            if speaker in population.living:
+                assert population.minds.own["partner"][speaker] == picks.get(team, -1)
         check_invariants(population)
 
 
@@ -112,7 +115,7 @@ def test_where_any_pair_may_join_one_does_within_two_steps(seed: int) -> None:
     for _ in range(20):
         snapshot = population.snapshot
         assert snapshot is not None
-        robots = range(population.minds.robots)
+        robots = range(len(population.minds))
         possible = any(snapshot.may_join(i, j) for i in robots for j in robots if i < j)
         events = list(population.events)
         before = population.partition()
@@ -205,6 +208,11 @@ def test_election_is_by_charge_then_by_id(seed: int, how: str) -> None:
     else:
         dead[leader] = True
     population.step(mode=mode, dead=dead)
+    if how == "death":
+        for _ in range(population.silence):
+            assert {int(population.minds.leader[i]) for i in rest} == {leader}
+            population.step()
+        population.step()
     best = min(rest, key=lambda i: (-charge[i], i))
     assert {int(population.minds.leader[i]) for i in rest} == {best}
     elections = [row for row in population.events if row[0] == LEADER_EVENT]
@@ -224,7 +232,7 @@ def test_names_of_robots_do_not_matter(seed: int) -> None:
     old = Population(places, desired, charge)
     new = Population(places[order], desired[order], charge[order])
     for _ in range(12):
-        moved = old.minds.reading[:, :2] + rng.normal(0.0, 0.2, (robots, 2))
+        moved = old.minds.position_m + rng.normal(0.0, 0.2, (robots, 2))
         old.step(moved)
         new.step(moved[order])
         renamed = frozenset(frozenset(int(order[k]) for k in team) for team in new.partition())
@@ -236,7 +244,7 @@ def test_names_of_robots_do_not_matter(seed: int) -> None:
     groups = [[int(np.flatnonzero(order == i)[0]) for i in sorted(t)] for t in old.partition()]
     new.gather(*groups)
     for population, modes in ((old, mode), (new, mode[order])):
-        population.minds.state[:, PICK] = -1
+        population.minds.own["partner"] = -1
         population.step(mode=modes)
     was = {int(order[k]): int(order[new.minds.leader[k]]) for k in range(robots)}
     assert was == {i: int(old.minds.leader[i]) for i in range(robots)}
@@ -253,7 +261,7 @@ def test_two_teams_never_carry_the_same_id(seed: int, rule: str) -> None:
     seen: dict[int, frozenset[int]] = {i: frozenset([i]) for i in range(robots)}
     for _ in range(400):
         minds = population.minds
-        inside = np.clip(minds.reading[:, :2] + rng.normal(0, 0.3, (robots, 2)), 0, 6)
+        inside = np.clip(minds.position_m + rng.normal(0, 0.3, (robots, 2)), 0, 6)
         mode = np.where(rng.random(robots) < 0.03, 1 - minds.mode, minds.mode)
         population.step(inside, mode, rng.random(robots) < 0.0005)
         for team, members in population.teams().items():
@@ -270,7 +278,7 @@ def test_the_general_rule_removes_one_member_at_a_time() -> None:
     left = []
     sizes = []
     for _ in range(6):
-        population.minds.state[:, PICK] = -1  # Nobody joins again meanwhile.
+        population.minds.own["partner"] = -1  # Nobody joins again meanwhile.
         population.step()
         left += [row[1] for row in population.events if row[0] == LEAVE]
         sizes.append(max(len(team) for team in population.partition()))
@@ -298,7 +306,7 @@ def test_a_silent_member_counts_until_the_timeout() -> None:
     sizes = []
     for _ in range(silence + 2):
         population.step()
-        sizes.append(int(population.minds.state[0, SIZE]))
+        sizes.append(int(population.minds.own["size"][0]))
     # It was last heard in step 2, so steps 3, 4 and 5 still count it.
     assert sizes == [3, 3, 3, 2, 2]
     assert set(population.minds.leader[:2].tolist()) == {0}
@@ -309,10 +317,10 @@ def test_a_dead_robot_is_no_member_of_what_its_old_leader_does_next() -> None:
     places = np.array([[0.0, 0.0], [0.1, 0.0], [0.5, 0.0], [0.6, 0.0]])
     population = Population(places, np.full(4, 9), np.ones(4), silence=10)
     population.gather([0, 1], [2, 3], leaders=[0, 2])
-    population.minds.reading[:2, :2] += 100.0
+    place(population.minds, population.minds.position_m[:2] + 100.0, slice(2))
     population.step()
     population.step(dead=np.array([False, True, False, False]))
-    back = population.minds.reading[:, :2].copy()
+    back = population.minds.position_m.copy()
     back[0] = places[0]
     for _ in range(3):
         population.step(back)
@@ -324,15 +332,15 @@ def test_a_dead_robot_is_no_member_of_what_its_old_leader_does_next() -> None:
         population.step(mode=mode)
         leaves += sum(row[0] == LEAVE and row[1] == 0 for row in population.events)
     assert leaves == 1, "who is alone does not leave again"
-    assert population.minds.state[0, SIZE] == 1
+    assert population.minds.own["size"][0] == 1
 
 
 def test_columns_say_what_the_beacon_carries() -> None:
     population = Population(np.zeros((2, 2)), np.array([2, 2]), np.ones(2))
     for _ in range(3):
         population.step()
-    state = population.minds.state
-    assert state[:, SIZE].tolist() == [2, 2]
-    assert state[:, LEADER].tolist() == [0, 0]
-    assert state[0, TEAM] == state[1, TEAM]
-    assert state[:, DESIRED].tolist() == [2, 2]
+    own = population.minds.own
+    assert own["size"].tolist() == [2, 2]
+    assert own["leader"].tolist() == [0, 0]
+    assert own["team"][0] == own["team"][1]
+    assert own["desired"].tolist() == [2, 2]

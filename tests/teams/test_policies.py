@@ -1,4 +1,4 @@
-"""Policies are found by name and by file, and their mistakes told in one line."""
+"""Policies are found by name and by file, and their mistakes reported in one line."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.teams.by_mode import ByMode
 from swarmscout.teams.registry import POLICIES, make_policy, policies
 from swarmscout.testing import small_world
-from swarmscout.testing.policy_situations import short_mission
+from swarmscout.testing.small_worlds import short_mission
 
 PAIRS = (
     "import numpy as np\n"
@@ -63,7 +63,7 @@ def test_mistakes_with_names(name: str, parameters: Any, says: str) -> None:
     ("text", "says"),
     [
         ("class Pair:\n    pass\n", "has no 'Pairs': did you mean 'Pair'?"),
-        ("class Pairs:\n    pass\n", "is no policy: it has no method desired(view)"),
+        ("class Pairs:\n    pass\n", "is not a policy: it has no method desired(view)"),
         ("class Pairs\n", "pol.py' cannot be loaded: SyntaxError: expected ':' ("),
         ("1 / 0\n", "pol.py, line 1)"),
     ],
@@ -79,7 +79,7 @@ def test_mistakes_in_files(tmp_path: Path, text: str, says: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(POLICIES.built_in))
 def test_every_number_of_every_policy_is_checked(name: str) -> None:
-    for key in getattr(POLICIES.built_in[name], "__dataclass_fields__", {}):
+    for key in getattr(POLICIES.load(name), "__dataclass_fields__", {}):
         for value in ("wide", float("nan"), None):
             with pytest.raises(PolicyError, match=f"policy '{name}': {key} = "):
                 make_policy(name, {key: value})
@@ -97,7 +97,7 @@ def test_by_mode_is_the_papers() -> None:
 
 
 @pytest.mark.parametrize("own_maps", [False, True])
-def test_a_robot_in_chr_mode_wants_to_be_alone_whatever_the_policy_says(own_maps: bool) -> None:
+def test_a_robot_in_chr_mode_desires_1_for_every_policy(own_maps: bool) -> None:
     mission = short_mission(1, policy=Pairs(7), own_maps=own_maps)
     for _ in range(60):
         mission.step()
@@ -139,7 +139,7 @@ class Answers:
         (Answers([True] * 8), "returned bool[8], expected int64[8]"),
     ],
 )
-def test_wrong_answers_are_told(policy: Any, says: str) -> None:
+def test_wrong_answers_are_reported(policy: Any, says: str) -> None:
     mission = short_mission(0, policy=policy)
     with pytest.raises(PolicyError) as caught:
         mission.step()

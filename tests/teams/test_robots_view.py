@@ -10,25 +10,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmscout.core.enums import CHARGE
-from swarmscout.minds.minds import DESIRED, LEADER, MODE, STEP, TEAM
 from swarmscout.mission.mission import Mission
 from swarmscout.teams.robots_view import RobotsView
-from swarmscout.testing.policy_situations import short_mission
+from swarmscout.testing.small_worlds import short_mission
 
 
 def view_of(mission: Mission) -> RobotsView:
-    return RobotsView(mission.minds, mission.grids, mission.step_number, 5)
+    return RobotsView(mission.minds, mission.knowledge, mission.step_number, 5)
 
 
 def heard_now(mission: Mission, i: int) -> list[tuple[int, bool, float]]:
     """Of each other robot that i hears: who it is, whether a stranger, how far away."""
-    minds, k = mission.minds, mission.minds.row(i)
-    heard, reading = minds.heard_state[k], minds.heard_reading[k]
+    minds = mission.minds
+    heard = mission.knowledge.heard[mission.knowledge.ear[i]]
     found = []
-    for j in range(minds.robots):
-        if j != i and heard[j, STEP] == mission.step_number:
-            distance_m = math.dist(reading[j, :2], minds.reading[i, :2])
-            found.append((j, bool(heard[j, TEAM] != heard[i, TEAM]), distance_m))
+    for j in range(len(minds)):
+        if j != i and heard["step"][j] == mission.step_number:
+            distance_m = math.dist((heard["x_m"][j], heard["y_m"][j]), minds.position_m[i])
+            found.append((j, bool(heard["team"][j] != heard["team"][i]), distance_m))
     return found
 
 
@@ -44,7 +43,7 @@ def test_against_plain_loops(seed: int, steps: int, own_maps: bool, reach_m: flo
     for _ in range(steps):
         mission.step()
     view, minds = view_of(mission), mission.minds
-    assert len(view) == minds.robots == 8
+    assert len(view) == len(minds) == 8
     for i in range(8):
         others = heard_now(mission, i)
         near = [(j, stranger) for j, stranger, distance_m in others if distance_m <= reach_m]
@@ -55,19 +54,19 @@ def test_against_plain_loops(seed: int, steps: int, own_maps: bool, reach_m: flo
         cells = mission.map_of(i).frontiers()
         assert view.frontiers[i] == len(cells)
         centres = mission.frame.centres_of(cells).reshape(-1, 2)
-        far_m = np.hypot(*(centres - minds.reading[i, :2]).T)
+        far_m = np.hypot(*(centres - minds.position_m[i]).T)
         # A cell that lies at the very reach may count or not.
         assert (far_m < reach_m - 1e-9).sum() <= view.frontiers_within(reach_m)[i]
         assert view.frontiers_within(reach_m)[i] <= (far_m <= reach_m + 1e-9).sum()
-        heard = minds.heard_state[minds.row(i)]
-        lead = [j for j in range(8) if heard[j, STEP] >= 0 and heard[j, LEADER] == j]
-        assert view.teams[i] == sum(heard[j, MODE] != CHARGE for j in lead)
+        heard = mission.knowledge.heard[mission.knowledge.ear[i]]
+        lead = [j for j in range(8) if heard["step"][j] >= 0 and heard["leader"][j] == j]
+        assert view.teams[i] == sum(heard["mode"][j] != CHARGE for j in lead)
         assert view.leads[i] == (minds.leader[i] == i)
         assert view.exploring[i] == (minds.mode[i] != CHARGE)
     assert view.robot.tolist() == list(range(8))
     assert view.previous.tolist() == minds.desired.tolist()
-    np.testing.assert_array_equal(view.charge, minds.reading[:, 3])
-    np.testing.assert_array_equal(view.position_m, minds.reading[:, :2])
+    np.testing.assert_array_equal(view.charge, minds.own["charge"])
+    np.testing.assert_array_equal(view.position_m, minds.position_m)
 
 
 def test_all_of_it_is_read_only_and_worked_out_once() -> None:
@@ -82,7 +81,7 @@ def test_all_of_it_is_read_only_and_worked_out_once() -> None:
         assert len(array) == 8
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
-    mission.minds.state[0, DESIRED] = 3  # Minds themselves stay writable.
+    mission.minds.own["desired"][0] = 3  # Minds themselves stay writable.
     assert view.frontiers_within(3.0) is view.frontiers_within(3.0)
     assert view.robots_within(3.0) is view.robots_within(3.0)
     with pytest.raises(AttributeError, match="no setter"):

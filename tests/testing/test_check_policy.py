@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from wrong_policies import MISTAKES
 
-from swarmscout.core.errors import PolicyError
-from swarmscout.teams.registry import policies
-from swarmscout.testing import check_policy
+from swarmscout.core.errors import PolicyError, SelectorError
+from swarmscout.destinations.registry import SELECTORS
+from swarmscout.teams.registry import POLICIES, policies
+from swarmscout.testing import CHECKS, check_policy
 
 
 @pytest.mark.parametrize("name", sorted(policies()))
@@ -84,3 +85,12 @@ def test_generators_and_clocks_are_left_as_they_were() -> None:
     check_policy("by-mode", missions=1)
     assert (random.random(), np.random.random()) == expected  # noqa: NPY002
     assert (time.time, time.perf_counter) == clocks
+
+
+def test_there_is_a_check_for_every_kind_of_plug_in() -> None:
+    assert set(CHECKS) == {POLICIES.noun, SELECTORS.noun}
+    assert CHECKS["policy"]("by-mode").noun == "policy"
+    with pytest.raises(PolicyError, match="did you mean 'by-mode'"):
+        CHECKS["policy"]("bymode")
+    with pytest.raises(SelectorError, match="did you mean 'nearest'"):
+        CHECKS["selector"]("nearst")

@@ -23,7 +23,7 @@ from swarmscout.testing import check_selector, leader_view, situations, small_wo
 @pytest.mark.parametrize("name", sorted(selectors()))
 def test_built_in_selectors_are_sound(name: str) -> None:
     report = check_selector(name, missions=1)
-    assert report.decisions > 20
+    assert report.answers > 20
     assert len(report.checks) == 7
     text = str(report)
     assert f"selector '{name}' is sound" in text

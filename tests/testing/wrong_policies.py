@@ -95,7 +95,7 @@ class CountsInItself:
 
 class ReadsMinds:
     def desired(self, view: Any) -> Any:
-        return np.maximum(view._minds.state[:, 4], 1)
+        return np.maximum(view._minds.own["size"], 1)
 
 
 class DrawsFromRandom:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import time
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -169,6 +170,11 @@ class FreshGenerator:
         return Choice(tuple(np.random.default_rng().choice(view.frontiers)))
 
 
+class LooksAtTheClock:
+    def choose(self, view: Any, memory: Any) -> Choice:
+        return Choice(first(view), reason=f"hour {time.time() // 3600}")
+
+
 class ReadsSeed:
     def choose(self, view: Any, memory: Any) -> Choice:
         return Choice(first(view), reason=f"seed {view._seed}")
@@ -260,7 +266,7 @@ class RemembersElsewhere:
     def choose(self, view: Any, memory: Any) -> Choice:
         key = view.step, view.robot, view.position_m
         ASKED[key] = ASKED.get(key, 0) + 1
-        return Choice(tuple(view.frontiers[(ASKED[key] - 1) // 3 % len(view.frontiers)]))
+        return Choice(tuple(view.frontiers[(ASKED[key] - 1) // 4 % len(view.frontiers)]))
 
 
 MISTAKES: list[tuple[type, str]] = [
@@ -270,8 +276,8 @@ MISTAKES: list[tuple[type, str]] = [
     (ReturnsTuple, "returned tuple, not a Choice"),
     (ReturnsFloats, "whole numbers, not float"),
     (ReturnsMetres, "whole numbers, not float64"),
-    (ReturnsNoCell, "chose None, which is no cell"),
-    (ReturnsIndex, "chose 0, which is no cell"),
+    (ReturnsNoCell, "chose None, which is not a cell"),
+    (ReturnsIndex, "chose 0, which is not a cell"),
     (SwapsRowAndColumn, "not among view.frontiers"),
     (ChoosesOwnPlace, "not among view.frontiers"),
     (WritesFrontiers, "tries to change its view"),
@@ -289,6 +295,7 @@ MISTAKES: list[tuple[type, str]] = [
     (DrawsFromNumpy, "draws from the global generator of numpy.random"),
     (DependsOnGlobalState, "depends on global randomness"),
     (FreshGenerator, "is not deterministic"),
+    (LooksAtTheClock, "depends on the clock"),
     (ReadsSeed, "reads '_seed' of its view, which is private"),
     (ReadsMap, "reads '_map' of its view, which is private"),
     (ReadsVars, "reads '__dict__' of its view, which is private"),

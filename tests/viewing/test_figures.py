@@ -39,8 +39,8 @@ def test_rays_are_those_of_the_mission(run):
     for step in range(1, 56):  # Over the end of a block of noise.
         mission.step()
         if step in (1, 20, 50, 55):
-            ranges, _, _ = _scan(Replay(run), step)
-            assert (ranges == mission.senses.ranges).all()
+            scan, _, _ = _scan(Replay(run), step)
+            assert (scan.ranges == mission.sensing.last.ranges).all()
 
 
 def test_figures_show_the_run(run):

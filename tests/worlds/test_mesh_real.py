@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from swarmscout import Mission, Scenario
-from swarmscout.robots.agreement import sensing_agreement
+from swarmscout.robots.sensors.agreement import sensing_agreement
 from swarmscout.worlds import check_world, import_mesh, load_folder, save_world
 
 FOLDER = Path(os.environ.get("SWARMSCOUT_EXTRA_WORLDS") or "/nonexistent") / "meshes"

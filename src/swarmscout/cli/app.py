@@ -47,9 +47,9 @@ _COMMANDS = {
     "reproduce": ("reproduce:reproduce", "Reproduce the paper's figures from our own runs."),
     "explain": ("explain:explain", "Show a decision in full: prompt, answer, verdict, choice."),
     "worlds": ("worlds:app", "List, show, import and generate worlds."),
-    "list": ("lists:app", "List selectors, policies, worlds, or all scenario keys."),
+    "list": ("lists:app", "List selectors, policies, sensors, worlds, scenario keys."),
     "schema": ("schema:schema", "Print the JSON schema of a scenario."),
-    "check": ("check:check", "Check a selector or policy of your own against its contract."),
+    "check": ("check:check", "Check a plug-in of your own against the contract of its kind."),
     "models": ("models:app", "List and install small local language models."),
     "warm": ("warm:warm", "Compile all kernels now instead of in the first mission."),
     "doctor": ("doctor:doctor", "Show versions, cores and caches, and report problems."),
@@ -112,12 +112,6 @@ def _explain(error: Exception) -> tuple[str, int]:
 
     if isinstance(error, SwarmscoutError | CycloptsError):
         return f"error: {error}", 2
-    if "numba" in sys.modules:
-        from swarmscout.cli.compiling import cache_problem
-
-        problem = cache_problem(error)
-        if problem:
-            return f"error: {problem}", 2
     if isinstance(error, MemoryError):
         return "error: not enough memory: take fewer robots, a smaller world or larger cells", 2
     if isinstance(error, OSError):

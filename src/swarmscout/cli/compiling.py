@@ -1,20 +1,14 @@
-"""Kernels: which are compiled, compiling all of them, and problems of their cache."""
+"""Kernels: which are compiled already, and compiling all of them."""
 
 from __future__ import annotations
 
-import inspect
-import os
-import pickle
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from traceback import walk_tb
 from typing import Any
 
 __all__ = [
     "cache_folders",
-    "cache_problem",
     "compile_all",
     "counting_compiled",
     "load_kernels",
@@ -58,24 +52,6 @@ def counting_compiled(on_count: Callable[[int], object]) -> Iterator[None]:
         yield
     finally:
         event.unregister("numba:compile", counter)
-
-
-def cache_problem(error: Exception) -> str:
-    """What is wrong with the cache of compiled kernels if an error arose there, else nothing.
-
-    A damaged cache (a power cut, a full disk, an interrupted copy) is emptied: it is rebuilt when
-    kernels are used again.
-    """
-    files = [frame.f_code.co_filename for frame, _ in walk_tb(error.__traceback__)]
-    if not any(Path(file).parts[-3:] == ("numba", "core", "caching.py") for file in files):
-        return ""
-    where = f"the cache of compiled kernels in '{Path(os.path.commonpath(cache_folders()))}'"
-    if isinstance(error, OSError):
-        return f"{where}: {error.strerror or error}: make room, or set NUMBA_CACHE_DIR to another"
-    for folder in cache_folders():
-        for file in [*folder.glob("*.nbi"), *folder.glob("*.nbc")]:
-            file.unlink(missing_ok=True)
-    return f"{where} was damaged and has been emptied: run the command again"
 
 
 def load_kernels() -> int:
@@ -129,7 +105,7 @@ def uncompiled_kernels() -> list[str]:
     """Names of the kernels that are imported and have no up-to-date file in Numba's cache."""
     from swarmscout.core.jit import kernels
 
-    return [name for name, compiled in kernels.items() if not _is_cached(compiled)]
+    return [name for name, compiled in kernels.items() if not compiled._cache.is_filled()]
 
 
 def cache_folders() -> list[Path]:
@@ -137,17 +113,3 @@ def cache_folders() -> list[Path]:
     from swarmscout.core.jit import kernels
 
     return sorted({Path(compiled.stats.cache_path) for compiled in kernels.values()})
-
-
-def _is_cached(compiled: Any) -> bool:
-    """Whether Numba's cache holds a kernel as its source is now."""
-    try:
-        # Numba compares the source's stamp itself; it says so nowhere in public.
-        return bool(compiled._cache._cache_file._load_index())
-    except (EOFError, pickle.UnpicklingError, OSError):
-        return False  # Damaged.
-    except AttributeError:
-        source = Path(inspect.getfile(compiled.py_func))
-        python = f"py{sys.version_info.major}{sys.version_info.minor}"
-        pattern = f"{source.stem}.{compiled.py_func.__qualname__}-*.{python}*.nbi"
-        return any(Path(compiled.stats.cache_path).glob(pattern))

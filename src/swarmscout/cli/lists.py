@@ -9,7 +9,7 @@ from cyclopts import App, Parameter
 
 __all__ = ["app"]
 
-app = App(name="list", help="List selectors, policies, worlds, or all scenario keys.")
+app = App(name="list", help="List selectors, policies, sensors, worlds, scenario keys.")
 
 Json = Annotated[bool, Parameter(negative=(), help="Print a JSON object instead of a table.")]
 
@@ -29,6 +29,14 @@ def policies(*, json: Json = False) -> None:
     from swarmscout.teams.registry import policies as known
 
     _print(known(), json=json)
+
+
+@app.command
+def sensors(*, json: Json = False) -> None:
+    """Range sensors (explore --set sensor.model=NAME)."""
+    from swarmscout.robots.sensors.registry import SENSORS
+
+    _print(SENSORS.names(), json=json)
 
 
 @app.command

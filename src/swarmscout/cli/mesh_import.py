@@ -26,7 +26,7 @@ def world_of_mesh(
 ) -> World:
     """Import a mesh, show how it goes on, and print the report."""
     from swarmscout.cli.compiling import uncompiled_kernels
-    from swarmscout.robots.agreement import sensing_agreement
+    from swarmscout.robots.sensors.agreement import sensing_agreement
     from swarmscout.worlds.meshes.importing import import_mesh_with_report
 
     if any(".meshes." in name for name in uncompiled_kernels()):

@@ -1,4 +1,4 @@
-"""A study's progress: rate, time left, and what is known so far."""
+"""A study's progress: rate, time left, and means so far."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from swarmscout.studies.plan import Planned
-    from swarmscout.studies.progress import SoFar
+    from swarmscout.studies.plan import PlannedMission
+    from swarmscout.studies.progress import RunningTotals
     from swarmscout.studies.worker import Outcome
 
 __all__ = ["StudyProgress"]
@@ -19,16 +19,16 @@ _LINE_S = 10.0
 
 
 class StudyProgress:
-    """On a terminal a bar and a live table; elsewhere a line now and then.
+    """On a terminal a live table; elsewhere a line every few seconds.
 
     Args:
-        known: the counts.
-        axis: the compared axis' name.
-        baseline: the label that others are compared to.
+        totals: the counts.
+        axis: name of the compared axis.
+        baseline: the label that others are compared with.
     """
 
-    def __init__(self, known: SoFar, axis: str, baseline: str) -> None:
-        self._known = known
+    def __init__(self, totals: RunningTotals, axis: str, baseline: str) -> None:
+        self._totals = totals
         self._axis = axis
         self._baseline = baseline
         self._live: Any = None
@@ -38,10 +38,10 @@ class StudyProgress:
 
     def __enter__(self) -> StudyProgress:
         """Begin to show."""
-        if sys.stdout.isatty() and self._known.todo:
+        if sys.stdout.isatty() and self._totals.todo:
             from rich.live import Live
 
-            self._live = Live(self._table(), refresh_per_second=4, transient=True)
+            self._live = Live(self.table(), refresh_per_second=4, transient=True)
             self._live.start()
         return self
 
@@ -51,48 +51,52 @@ class StudyProgress:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Take the live table away."""
+        """Remove the live table."""
         if self._live is not None:
             self._live.stop()
 
-    def count(self, mission: Planned, outcome: Outcome) -> None:
-        """Count a mission that has ended, and show it when it is time to."""
-        self._known.count(mission, outcome)
+    def count(self, mission: PlannedMission, outcome: Outcome) -> None:
+        """Count a mission that has ended, and show the counts when they are due."""
+        self._totals.count(mission, outcome)
         now = time.monotonic()
-        if self._known.ended == 1:
+        if self._totals.ended == 1:
             self._began, self._first = now, 1
         if now < self._next:
             return
         if self._live is not None:
             self._next = now + _REDRAW_S
-            self._live.update(self._table())
+            self._live.update(self.table())
         else:
             self._next = now + _LINE_S
             print(self._line(), flush=True)
 
     def _line(self) -> str:
-        known = self._known
-        # The first missions wait for processes to start and worlds to be made: count from there.
+        totals = self._totals
+        # The first missions wait for processes and worlds: the rate leaves them out.
         seconds = time.monotonic() - self._began
-        rate = (known.ended - self._first) / seconds if seconds > 0.0 else 0.0
-        words = [f"{known.ended} of {known.todo} missions", f"{rate:.1f} per second"]
+        rate = (totals.ended - self._first) / seconds if seconds > 0.0 else 0.0
+        words = [f"{totals.ended} of {totals.todo} missions", f"{rate:.1f} per second"]
         if rate > 0.0:
-            words.append(f"{_clock((known.todo - known.ended) / rate)} left")
-        if known.failed:
-            words.append(f"{known.failed} failed")
+            words.append(f"{_clock((totals.todo - totals.ended) / rate)} left")
+        if totals.failed:
+            words.append(f"{totals.failed} failed")
         return ", ".join(words)
 
-    def _table(self) -> Any:
+    def table(self) -> Any:
+        """The counts as a table that folds long labels on narrow terminals."""
         from rich.table import Table
+        from rich.text import Text
 
-        table = Table(title=self._line(), title_justify="left", box=None, padding=(0, 2))
+        # Labels are the user's text, not markup.
+        table = Table(title=Text(self._line()), title_justify="left", box=None, padding=(0, 1))
         for name in (self._axis, "missions", "explored m²", f"times {self._baseline}, so far"):
-            table.add_column(name, justify="left" if name == self._axis else "right")
-        for label, area in self._known.areas.items():
-            ratio = self._known.ratios[label]
+            side = "left" if name == self._axis else "right"
+            table.add_column(Text(name), justify=side, overflow="fold")  # type: ignore[arg-type]
+        for label, area in self._totals.areas.items():
+            ratio = self._totals.ratios[label]
             spread = f" ± {ratio.error:.2f}" if ratio.n > 1 else ""
             table.add_row(
-                label,
+                Text(label),
                 str(area.n),
                 f"{area.mean:.1f}" if area.n else "",
                 f"{ratio.mean:.2f}{spread}" if ratio.n else "",

@@ -4,7 +4,7 @@
 ├── ``ScenarioError``   a scenario key is unknown, of a wrong type or impossible
 ├── ``WorldError``      a world cannot be loaded, generated or used
 ├── ``SelectorError``   a selector is unknown, cannot be loaded, or answered wrongly
-├── ``PolicyError``     the same of a policy for the desired team size
+├── ``PolicyError``     a policy is unknown, cannot be loaded, or answered wrongly
 ├── ``ModelError``      a language model is not configured, or a cassette lacks an answer
 ├── ``RunError``        a run folder cannot be written or read
 ├── ``ViewError``       a mission cannot be shown: a port, a file's name, a missing program
@@ -22,6 +22,7 @@ __all__ = [
     "RunError",
     "ScenarioError",
     "SelectorError",
+    "SensorError",
     "StudyError",
     "SwarmscoutError",
     "ViewError",
@@ -31,7 +32,7 @@ __all__ = [
 
 
 class SwarmscoutError(Exception):
-    """What a user did or gave is wrong; the message says what, where and what would be right."""
+    """Base class: the message says in one line what is wrong, where, and what would be right."""
 
 
 class ScenarioError(SwarmscoutError):
@@ -44,6 +45,10 @@ class WorldError(SwarmscoutError):
 
 class SelectorError(SwarmscoutError):
     """A selector is unknown, cannot be loaded, or gave an answer outside its contract."""
+
+
+class SensorError(SwarmscoutError):
+    """A sensor is unknown, cannot be loaded, or gave a scan outside its contract."""
 
 
 class PolicyError(SwarmscoutError):

@@ -13,7 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["GridFrame"]
+__all__ = ["GRID", "GridFrame"]
+
+GRID = np.dtype(
+    [
+        ("origin_x_m", "f8"),
+        ("origin_y_m", "f8"),
+        ("cell_m", "f8"),
+        ("rows", "i8"),
+        ("columns", "i8"),
+    ],
+    align=True,
+)
+"""A frame as an argument of kernels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +55,12 @@ class GridFrame:
     def size(self) -> int:
         """Number of cells."""
         return self.rows * self.columns
+
+    @property
+    def record(self) -> NDArray[np.void]:
+        """GRID[1], for kernels."""
+        values = self.origin_x_m, self.origin_y_m, self.cell_m, self.rows, self.columns
+        return np.array([values], dtype=GRID)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:

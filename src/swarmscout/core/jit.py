@@ -7,19 +7,58 @@ no ``parallel``: bits agree across processors and thread counts.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numba
+from numba.core.caching import FunctionCache
 
 from swarmscout.core.errors import SwarmscoutError
 
-__all__ = ["inlined", "kernel", "kernels"]
+__all__ = ["KernelCache", "inlined", "kernel", "kernels"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 kernels: dict[str, Any] = {}
 """Every kernel that has been imported so far, by its qualified name."""
+
+
+class KernelCache(FunctionCache):  # type: ignore[misc]
+    """Numba's disk cache of one kernel, which recompiles what it cannot read.
+
+    Numba raises whatever its unpickling raises when a file was cut off or overwritten.
+    """
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled code of a signature, or None when it must be compiled."""
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:
+            with contextlib.suppress(OSError):  # The save that follows names what is wrong.
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep compiled code.
+
+        Raises:
+            SwarmscoutError: the cache folder is full or cannot be written.
+        """
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            raise SwarmscoutError(
+                f"cannot keep compiled kernels in '{self.cache_path}': {error.strerror or error}; "
+                "free space there, or set NUMBA_CACHE_DIR to another folder"
+            ) from None
+
+    def is_filled(self) -> bool:
+        """Whether it holds compiled code of the kernel's present source."""
+        try:
+            return bool(self._cache_file._load_index())
+        except Exception:  # Damaged: it will be compiled again.
+            return False
 
 
 def kernel(function: F) -> F:
@@ -30,7 +69,8 @@ def kernel(function: F) -> F:
     """
     if numba.config.DISABLE_JIT:
         raise SwarmscoutError("NUMBA_DISABLE_JIT is set: missions run compiled only, unset it")
-    compiled = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    compiled = numba.njit(nogil=True, error_model="numpy")(function)
+    compiled._cache = KernelCache(function)  # As `cache=True` does with Numba's own.
     kernels[f"{function.__module__}.{function.__name__}"] = compiled
     return compiled  # type: ignore[no-any-return]
 

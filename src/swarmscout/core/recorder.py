@@ -63,8 +63,9 @@ class BodiesNow(Protocol):
 
     charge: NDArray[np.float64]
     alive: NDArray[np.bool_]
-    contact: NDArray[np.int64]
 
+    @property
+    def contact(self) -> NDArray[np.int64]: ...
     @property
     def pose(self) -> NDArray[np.float64]: ...
 

@@ -1,11 +1,14 @@
-"""Rules by name: those of the package, of other packages, and of a user's own file.
+"""Plug-ins of one kind: those of the package, of other packages, and of a user's own file.
 
-A *kind* of rule (selectors, policies) has a noun, an error, and a face. Other packages register
-theirs under the kind's entry point group. A class in a file is named ``path/to/file.py:ClassName``.
+A *kind* of plug-in (selectors, policies, …) has a noun, an error and a protocol. A plug-in is named
+by its registered name or as ``path/to/file.py:ClassName``. Other packages register theirs under the
+kind's entry point group. The package's own classes are imported when they are used, so a registry
+may name classes that import it.
 """
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import inspect
 import reprlib
@@ -17,30 +20,32 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from pydantic import ValidationError
+
 from swarmscout.core.errors import SwarmscoutError, did_you_mean
-from swarmscout.core.parameters import check_parameters
+from swarmscout.core.parameters import check_arguments, describe_invalid_arguments
 from swarmscout.core.paths import expanded
 from swarmscout.core.tracebacks import describe_error
 
 __all__ = ["IN_MEMORY", "Registry", "rule_name"]
 
 IN_MEMORY = "object:"
-"""A scenario names a rule that was handed over as an object by this and its class."""
+"""Prefix of the name that a scenario gives to a plug-in that was passed as an object."""
 
 R = TypeVar("R")
 
 
 @dataclass(frozen=True)
 class Registry(Generic[R]):
-    """All rules of one kind.
+    """All plug-ins of one kind.
 
     Attributes:
         noun: what one is called: "selector".
         method: its method, as an author writes it: "choose(view, memory)".
-        face: the protocol that a rule has to meet; checked at run time.
-        error: raised for whatever is wrong with one.
+        face: the protocol that a plug-in has to meet; checked at run time.
+        error: raised for everything that is wrong with one.
         group: of entry points, where other packages register theirs.
-        built_in: the package's own, by name.
+        built_in: where the package's own are, by name, as "module:Class".
     """
 
     noun: str
@@ -48,19 +53,28 @@ class Registry(Generic[R]):
     face: type[R]
     error: type[SwarmscoutError]
     group: str
-    built_in: Mapping[str, type]
+    built_in: Mapping[str, str]
 
     def names(self) -> dict[str, str]:
-        """Names of all that can be used by name, each with one line on what it does."""
-        lines = {name: (kind.__doc__ or "").splitlines()[0] for name, kind in self.built_in.items()}
+        """All registered names, each with the first line of its docstring.
+
+        Every class is imported for this. One that cannot be imported is listed with the reason.
+        """
+        lines = {name: _first_line(self.load(name)) for name in self.built_in}
         for name, point in self._plugins().items():
-            lines[name] = f"from {point.dist.name if point.dist else point.value}"
+            origin = f"from {point.dist.name if point.dist else point.value}"
+            try:
+                line = _first_line(self.load(name))
+            except self.error as error:
+                lines[name] = str(error)
+            else:
+                lines[name] = f"{line} ({origin})" if line else origin
         return lines
 
     def make(
         self, name: str, parameters: Mapping[str, Any] | None = None, base: Path | None = None
     ) -> R:
-        """Make the rule behind a name; a file is run for that.
+        """Make the plug-in of a name; if the name is a file's, its code is run.
 
         Args:
             name: one of :meth:`names`, or ``file.py:ClassName``.
@@ -68,16 +82,30 @@ class Registry(Generic[R]):
             base: the folder that a relative file is looked for in, besides the working directory.
 
         Raises:
-            SwarmscoutError: the kind's own error: there is no such rule, or it does not take these
-                parameters.
+            SwarmscoutError: the kind's own error: there is no such plug-in, or it does not take
+                these parameters.
+        """
+        return self.make_object(self.load(name, base), name, parameters or {})
+
+    def load(self, name: str, base: Path | None = None) -> Callable[..., Any]:
+        """The class of a name, or a function that makes one.
+
+        Args:
+            name: as for :meth:`make`.
+            base: as there.
+
+        Raises:
+            SwarmscoutError: the kind's own error: there is no such plug-in.
         """
         kind = self._kind(name, base)
         if not callable(kind):
-            raise self.error(f"'{name}' is no {self.noun}: it is {reprlib.repr(kind)}, not a class")
-        return self.make_object(kind, name, parameters or {})
+            raise self.error(
+                f"'{name}' is not a {self.noun}: it is {reprlib.repr(kind)}, not a class"
+            )
+        return kind  # type: ignore[no-any-return]
 
     def make_object(self, kind: Callable[..., Any], name: str, parameters: Mapping[str, Any]) -> R:
-        """Make a rule of its class.
+        """Make a plug-in of its class.
 
         Args:
             kind: the class, or a function that makes one.
@@ -85,22 +113,24 @@ class Registry(Generic[R]):
             parameters: keyword arguments.
 
         Raises:
-            SwarmscoutError: the kind's own error: it does not take these, or is no such rule.
+            SwarmscoutError: the kind's own error: it does not take these, or lacks the method.
         """
         subject = f"{self.noun} '{name}'"
-        check_parameters(subject, kind, parameters, self.error, lengths=name in self.built_in)
+        check_arguments(subject, kind, parameters, self.error)
         try:
-            rule = kind(**parameters)
+            made = kind(**parameters)
+        except ValidationError as error:
+            raise self.error(f"{subject}: {describe_invalid_arguments(error)}") from None
+        except ValueError as error:  # Its author's own words on an impossible value.
+            raise self.error(f"{subject}: {error}") from None
         except (Exception, SystemExit) as error:
-            if isinstance(error, ValueError):  # Its author's own words on an impossible value.
-                raise self.error(f"{subject}: {error}") from None
             raise self.error(f"{subject} cannot be made: {describe_error(error)}") from error
-        if not isinstance(rule, self.face):
-            raise self.error(f"'{name}' is no {self.noun}: it has no method {self.method}")
-        return rule
+        if not isinstance(made, self.face):
+            raise self.error(f"'{name}' is not a {self.noun}: it has no method {self.method}")
+        return made
 
     def check_object(self, rule: object) -> R:
-        """A rule that was handed over as an object.
+        """A plug-in that was passed as an object, if it is one.
 
         Raises:
             SwarmscoutError: the kind's own error: it is something else, perhaps a class.
@@ -113,7 +143,7 @@ class Registry(Generic[R]):
         return rule
 
     def file(self, name: str, base: Path | None = None) -> Path | None:
-        """The file that a rule's name leads to, or None where it names no file.
+        """The file that a name leads to, or None for a registered name.
 
         Args:
             name: as for :meth:`make`.
@@ -138,7 +168,8 @@ class Registry(Generic[R]):
 
     def _kind(self, name: str, base: Path | None) -> Any:
         if name in self.built_in:
-            return self.built_in[name]
+            module, _, attribute = self.built_in[name].partition(":")
+            return getattr(importlib.import_module(module), attribute)
         if name.startswith(IN_MEMORY):
             raise self.error(
                 f"{self.noun} '{name}' was an object in memory: put its class into a file and name "
@@ -189,13 +220,17 @@ class Registry(Generic[R]):
 
 
 def rule_name(name: str) -> str:
-    """What records call a rule: wherever its file lies, by the file's own name.
+    """What records call a plug-in: a file is called by its own name, without its folder.
 
     Args:
         name: as a scenario names it.
     """
     file, colon, kind = name.rpartition(":")
     return f"{Path(file).name}{colon}{kind}" if file.endswith(".py") else name
+
+
+def _first_line(kind: Callable[..., Any]) -> str:
+    return next(iter((inspect.getdoc(kind) or "").splitlines()), "")
 
 
 def _a(thing: object) -> str:

@@ -1,4 +1,4 @@
-"""Where in a user's own code an exception arose, for errors of one line."""
+"""An exception in a user's code as one line, with the place where it arose."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from traceback import walk_tb
 
 __all__ = ["describe_error"]
 
-_NOT_THEIRS = (
+_NOT_USERS = (
     "<",  # Code that lies in no file.
     str(Path(__file__).parents[1]) + os.sep,
     *(sysconfig.get_path(name) + os.sep for name in ("stdlib", "platstdlib", "purelib", "platlib")),
@@ -29,7 +29,7 @@ def describe_error(error: BaseException) -> str:
     place = None
     for frame, line in walk_tb(error.__traceback__):
         file = frame.f_code.co_filename
-        if not file.startswith(_NOT_THEIRS):
+        if not file.startswith(_NOT_USERS):
             place = file, line
     if isinstance(error, SyntaxError) and error.filename and error.lineno:
         place = error.filename, error.lineno

@@ -1,4 +1,4 @@
-"""How near other teams are to many frontiers: kernels that several rules share."""
+"""Nearness of other teams to frontiers: kernels that several selectors share."""
 
 from __future__ import annotations
 
@@ -34,12 +34,15 @@ def crowding_kernel(points, frontiers, reach, crowd):  # type: ignore[no-untyped
 def crowding(
     points_m: NDArray[np.float64], view: LeaderView, reach_m: float
 ) -> NDArray[np.float64]:
-    """float64[F], how crowded each frontier is: 1 for each point on it, less to 0 at `reach_m`.
+    """Crowding of each frontier: for each point 1 in the same place, falling to 0 at `reach_m`.
 
     Args:
-        points_m: float64[T, 2]; NaN (a team without a destination) counts nothing.
-        view: whose frontiers.
-        reach_m: points count up to here.
+        points_m: float64[T, 2]; NaN (a team without a destination) counts 0.
+        view: the frontiers are taken from it.
+        reach_m: distance within which points count.
+
+    Returns:
+        float64[F].
     """
     crowd = np.empty(len(view.frontiers_m))
     crowding_kernel(points_m, view.frontiers_m, reach_m, crowd)
@@ -52,7 +55,7 @@ def push_kernel(points, frontiers, least, reach, push):  # type: ignore[no-untyp
 
     Args:
         points: float64[T, 2] in metres, NaN for none; frontiers: float64[F, 2] in metres.
-        least, reach: in metres; nearer than `least` counts as that.
+        least, reach: in metres; smaller distances count as `least`.
         push: float64[F], added to.
     """
     for f in range(frontiers.shape[0]):
@@ -66,7 +69,7 @@ def push_kernel(points, frontiers, least, reach, push):  # type: ignore[no-untyp
 
 @kernel
 def ranks_kernel(places, frontiers, clusters, nearest, ranks):  # type: ignore[no-untyped-def]
-    """Distances of teams to clusters, and how many teams are nearer than the first one.
+    """Distances of teams to clusters, and the number of teams that are nearer than the first.
 
     Args:
         places: float64[T, 2] in metres, the own team's first; frontiers: float64[F, 2] in metres.
@@ -89,14 +92,15 @@ def ranks_kernel(places, frontiers, clusters, nearest, ranks):  # type: ignore[n
 def nearest_to_clusters(
     places_m: NDArray[np.float64], view: LeaderView
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Straight distances of teams to the nearest cell of each cluster, and the first one's ranks.
+    """Straight-line distances of teams to the nearest cell of each cluster, and the first's ranks.
 
     Args:
         places_m: float64[T, 2], T ≥ 1.
-        view: whose frontiers and clusters, C of them.
+        view: the frontiers and their C clusters are taken from it.
 
     Returns:
-        float64[T, C] in metres; and int64[C], how many teams are strictly nearer than the first.
+        float64[T, C] in metres; and int64[C], the number of teams that are strictly nearer than the
+        first.
     """
     clusters = int(view.clusters.max()) + 1
     nearest, ranks = np.empty((len(places_m), clusters)), np.empty(clusters, dtype=np.int64)

@@ -9,11 +9,29 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from swarmscout.core.enums import CHARGE
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.minds.minds import DESTINATION, MODE, TARGET, TEAM
 
-__all__ = ["fan_out"]
+__all__ = ["FAN", "fan_out"]
+
+FAN = np.dtype(
+    [
+        ("origin_x_m", "f8"),  # the grid's frame
+        ("origin_y_m", "f8"),
+        ("cell_m", "f8"),
+        ("rows", "i8"),
+        ("columns", "i8"),
+        ("frontier_bit", "i8"),  # in a cell's status, see OccupancyGrids
+        ("reach_m", "f8"),  # this near to a target's centre it is reached
+        ("fan_m", "f8"),  # targets lie this near to the destination …
+        ("apart_m", "f8"),  # … and at least this far apart
+        ("turn_m", "f8"),  # what a turn by a radian costs, in metres
+    ],
+    align=True,
+)
+"""How members fan out."""
 
 
 @inlined
@@ -42,17 +60,16 @@ def _list_cells(status, frontier_bit, centre, reach_cells, columns, rows, cells)
 
 
 @inlined
-def _effort(reading, j, cell, ox, oy, cell_m, columns, turn_m, looks):  # type: ignore[no-untyped-def]
-    """Distance and turn, in metres, from robot j as heard to a cell; and the distance alone."""
-    dx = ox + (cell % columns + 0.5) * cell_m - reading[j, 0]
-    dy = oy + (cell // columns + 0.5) * cell_m - reading[j, 1]
+def _effort(mate, cell, rules, headings):  # type: ignore[no-untyped-def]
+    """Distance and turn, in metres, from a robot as heard to a cell; and the distance alone."""
+    dx = rules.origin_x_m + (cell % rules.columns + 0.5) * rules.cell_m - mate.x_m
+    dy = rules.origin_y_m + (cell // rules.columns + 0.5) * rules.cell_m - mate.y_m
     away = math.sqrt(dx * dx + dy * dy)
     if away == 0.0:
         return 0.0, 0.0
-    look = int(reading[j, 2])
-    along = (dx * looks[look, 0] + dy * looks[look, 1]) / away
+    along = (dx * headings[mate.heading, 0] + dy * headings[mate.heading, 1]) / away
     # The chord of the angle: as long as the angle where it is small, 2 for about-turns.
-    return away + turn_m * math.sqrt(max(0.0, 2.0 - 2.0 * along)), away
+    return away + rules.turn_m * math.sqrt(max(0.0, 2.0 - 2.0 * along)), away
 
 
 @inlined
@@ -64,89 +81,96 @@ def _is_apart(targets, n, cell, apart, columns):  # type: ignore[no-untyped-def]
     return True
 
 
+@inlined
+def _list_members(own, heard, notices, i, step, members):  # type: ignore[no-untyped-def]
+    """The robots of i's team that i hears, itself too, ascending; returns how many."""
+    n = 0
+    for j in range(heard.shape[0]):
+        if j == i or (
+            heard[j].step == step and notices[j].step == step and notices[j].team == own[i].team
+        ):
+            members[n] = j
+            n += 1
+    return n
+
+
+@inlined
+def _assign(heard, goal, members, cells, efforts, targets, rules, headings):  # type: ignore[no-untyped-def]
+    """Give members cells, the cheapest pair of both first; targets of the others are -1."""
+    n = members.shape[0]
+    apart2 = (rules.apart_m / rules.cell_m) ** 2
+    # Cells that a member has reached already are not worth going to.
+    left = 0
+    for c in range(cells.shape[0]):
+        reached = False
+        for a in range(n):
+            efforts[a, left], away = _effort(heard[members[a]], cells[c], rules, headings)
+            reached = reached or away <= rules.reach_m
+        if not reached:
+            cells[left] = cells[c]
+            left += 1
+    best = math.inf
+    first = 0
+    for a in range(n):
+        targets[a] = -1
+        effort, _ = _effort(heard[members[a]], goal, rules, headings)
+        if effort < best:
+            best, first = effort, a
+    targets[first] = goal
+    # Each round gives one member a cell.
+    for _ in range(n - 1):
+        best = math.inf
+        best_a = -1
+        best_cell = goal
+        for a in range(n):
+            if targets[a] >= 0:
+                continue
+            for c in range(left):
+                if efforts[a, c] < best and _is_apart(targets, n, cells[c], apart2, rules.columns):
+                    best, best_a, best_cell = efforts[a, c], a, cells[c]
+        if best_a < 0:
+            break
+        targets[best_a] = best_cell
+
+
 @kernel
-def fan_out(  # type: ignore[no-untyped-def]
-    state, sending, links, heard_reading, status, frontier_bit, looks, cells, efforts, members,
-    targets, ox, oy, cell_m, rows, columns, reach_m, fan_m, apart_m, turn_m,
-):  # fmt: skip
+def fan_out(own, ear, heard, notices, status, headings, rules, step):  # type: ignore[no-untyped-def]
     """Each robot takes a frontier cell near its team's destination, alone, from what it knows.
 
     Every member solves the same small assignment on what it has heard and takes its own part, so
     members that have heard the same never take the same cell. Who gets to the destination with the
     least effort takes it, and the others take what costs them least: always the cheapest pair of
-    member and cell first, and no cell nearer than `apart_m` to another member's. For whom no cell
-    is left, the destination serves. All is decided anew in each step: turning has its price, so
-    that robots keep going where they look.
+    member and cell first, and no cell nearer than `apart_m` to another member's. A member for which
+    no cell is left takes the destination. All is decided anew in each step: turning has its price,
+    so that robots keep going where they look.
 
     Args:
-        state, sending, heard_reading: see ``Minds``; state[:, TARGET] is written.
-        links: bool[N, N]; not read where all share one listener's row.
-        status: uint8[K, C'] and frontier_bit: see ``OccupancyGrids``.
-        looks: float64[ticks, 2], ``heading_table()``.
-        cells: int64[cells in the disc or more], efforts: float64[N, as many], members: int64[N],
-            targets: int64[N]: scratch.
-        ox, oy, cell_m, rows, columns: the grid's frame.
-        reach_m: this near to a target's centre is reached.
-        fan_m: targets lie this near to the destination; apart_m: and at least so far apart.
-        turn_m: what a turn by a radian costs, in metres.
+        own: MIND[N], `target` is written; ear, heard, notices: see ``Knowledge``.
+        status: uint8[R, C'], see ``OccupancyGrids``.
+        headings: float64[ticks, 2], ``heading_table()``.
+        rules: FAN[1]; step: the current step.
     """
-    shared = heard_reading.shape[0] == 1
-    reach_cells = int(fan_m / cell_m)
-    apart = (apart_m / cell_m) ** 2
-    for i in range(state.shape[0]):
-        goal = state[i, DESTINATION]
-        if not sending[i] or goal < 0 or state[i, MODE] == CHARGE:
+    rules = rules[0]
+    robots = own.shape[0]
+    reach_cells = int(rules.fan_m / rules.cell_m)
+    disc = (2 * reach_cells + 1) ** 2
+    cells = np.empty(disc, dtype=np.int64)
+    efforts = np.empty((robots, disc))
+    members = np.empty(robots, dtype=np.int64)
+    targets = np.empty(robots, dtype=np.int64)
+    for i in range(robots):
+        me = own[i]
+        goal = me.destination
+        if not me.thinks or goal < 0 or me.mode == CHARGE:
             continue
-        k = 0 if shared else i
-        # Who belongs to the team is known through the second exchange of phase 5.
-        n = 0
-        for j in range(state.shape[0]):
-            if (
-                state[j, TEAM] == state[i, TEAM]
-                and sending[j]
-                and (shared or j == i or links[i, j])
-            ):
-                members[n] = j
-                n += 1
+        row = heard[ear[i]]
+        n = _list_members(own, row, notices, i, step, members)
         if n == 1:
             continue
-        found = _list_cells(status[k], frontier_bit, goal, reach_cells, columns, rows, cells)
-        # Cells that a member has reached already are not worth going to.
-        left = 0
-        for c in range(found):
-            reached = False
-            for a in range(n):
-                efforts[a, left], away = _effort(
-                    heard_reading[k], members[a], cells[c], ox, oy, cell_m, columns, turn_m, looks
-                )
-                reached = reached or away <= reach_m
-            if not reached:
-                cells[left] = cells[c]
-                left += 1
-        best = math.inf
-        first = 0
-        for a in range(n):
-            targets[a] = -1
-            effort, _ = _effort(
-                heard_reading[k], members[a], goal, ox, oy, cell_m, columns, turn_m, looks
-            )
-            if effort < best:
-                best, first = effort, a
-        targets[first] = goal
-        # Each round gives one member a cell.
-        for _ in range(n - 1):
-            best = math.inf
-            best_a = -1
-            best_cell = goal
-            for a in range(n):
-                if targets[a] >= 0:
-                    continue
-                for c in range(left):
-                    if efforts[a, c] < best and _is_apart(targets, n, cells[c], apart, columns):
-                        best, best_a, best_cell = efforts[a, c], a, cells[c]
-            if best_a < 0:
-                break
-            targets[best_a] = best_cell
+        found = _list_cells(
+            status[ear[i]], rules.frontier_bit, goal, reach_cells, rules.columns, rules.rows, cells
+        )
+        _assign(row, goal, members[:n], cells[:found], efforts, targets, rules, headings)
         for a in range(n):
             if members[a] == i and targets[a] >= 0:
-                state[i, TARGET] = targets[a]
+                me.target = targets[a]

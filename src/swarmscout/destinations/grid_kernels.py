@@ -1,8 +1,8 @@
-"""What the map says of many frontiers at once: kernels behind the features of a leader's view.
+"""Kernels behind the features of a leader's view: quantities of many frontiers at once.
 
-Costs of ways here are lengths over cells that are *known* to be free. A route may also lead through
-unknown cells (see ``planning.search``), but then a search has to look at all of them, which takes
-twenty times as long; for comparing frontiers the known part of the map is enough.
+Paths here lead over cells that are *known* to be free. A route may also lead through unknown cells
+(see ``planning.search``), but a search over these takes twenty times as long, and the known part of
+the map is enough to compare frontiers.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ LABEL_BITS = 3
 FRONTIER_BIT = 4
 FAR = 2**38
 CELL_BITS = 24
-"""Who waits is one number: the cell in the lower bits and the length of the way above them."""
+"""An entry of a queue is one number: the cell in the lower bits and the path length above."""
 
 # Orthogonal neighbours first, then diagonal ones.
 ROW_STEP = np.array([0, 1, 0, -1, 1, 1, -1, -1], dtype=np.int64)
@@ -27,7 +27,7 @@ COL_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1], dtype=np.int64)
 
 @kernel
 def locate(flat, ox, oy, cell_m, columns, cells, centres_m):  # type: ignore[no-untyped-def]
-    """Where flat cells lie, as ``GridFrame`` says it, in one go.
+    """Rows, columns and centres of flat cells, as ``GridFrame`` computes them.
 
     Args:
         flat: int64[F]; ox, oy, cell_m, columns: the grid's frame.
@@ -67,12 +67,12 @@ def count_around(status, cells, rows, columns, counts):  # type: ignore[no-untyp
 
 @kernel
 def count_within(status, cells, half_widths, rows, columns, counts):  # type: ignore[no-untyped-def]
-    """Cells of each kind in a disc round each of many cells; walls do not hide any.
+    """Cells of each kind in a disc around each of many cells, visible or not.
 
     Args:
         status: uint8[C'], of one map, see ``OccupancyGrids``.
         cells: int64[F], flat cells.
-        half_widths: int64[r + 1], how far the disc reaches to each side, 0 … r rows off its centre.
+        half_widths: int64[r + 1], half the width of the disc 0 … r rows off its centre.
         rows, columns: the grid's shape.
         counts: int64[4, F], written: unknown, free, occupied, and those free ones that are
             frontiers.
@@ -110,16 +110,15 @@ def _root(labels, f):  # type: ignore[no-untyped-def]
 
 @kernel
 def label_clusters(cells, columns, places, labels):  # type: ignore[no-untyped-def]
-    """Groups of frontier cells that touch, corners counted in.
+    """Label groups of frontier cells that touch, at corners too.
 
     Args:
         cells: int64[F], flat frontier cells, ascending; columns: of the grid.
-        places: int32[C], scratch: -1 everywhere, and so it is left.
-        labels: int64[F], written: the cluster's number, counted from 0 in the order of their first
-            cells.
+        places: int32[C], scratch: -1 everywhere, before and after.
+        labels: int64[F], written: the cluster's number, from 0 in the order of first cells.
 
     Returns:
-        How many clusters there are.
+        The number of clusters.
     """
     size = places.shape[0]
     for f in range(cells.shape[0]):
@@ -127,7 +126,7 @@ def label_clusters(cells, columns, places, labels):  # type: ignore[no-untyped-d
         col = cell % columns
         labels[f] = f
         for d in range(4):
-            # Left, and the three below: those that come before it.
+            # The neighbours that come before it: left, and three in the row before.
             near = cell - 1 if d == 0 else cell - columns + d - 2
             if (col == 0 and d in (0, 1)) or (col == columns - 1 and d == 3):
                 continue
@@ -141,7 +140,7 @@ def label_clusters(cells, columns, places, labels):  # type: ignore[no-untyped-d
         labels[f] = _root(labels, f)
     n = 0
     for f in range(cells.shape[0]):
-        # A root comes before all that hang on it, so it has its number when they ask for it.
+        # A root comes before its descendants, so it is numbered when they are reached.
         if labels[f] == f:
             labels[f] = n
             n += 1
@@ -152,11 +151,11 @@ def label_clusters(cells, columns, places, labels):  # type: ignore[no-untyped-d
 
 @kernel
 def walk(status, sources, targets, edge, lengths, gate, field, queues, found):  # type: ignore[no-untyped-def]
-    """Lengths of the shortest ways over free cells from the nearest of some cells to many.
+    """Lengths of the shortest paths over free cells from the nearest of some cells to many.
 
-    There are only two lengths of a move, so cells wait in two queues, one for each, and each is in
-    order by itself: the search of Dijkstra (1959) without a heap. Corners of occupied cells are not
-    cut. A source may be any cell: whoever stands there can leave it.
+    A move has one of two lengths, so a queue for each length is sorted by itself: the search of
+    Dijkstra (1959) without a heap. Paths do not cut corners of occupied cells. A source may be any
+    cell, also an occupied one.
 
     Args:
         status: uint8[C'], of one map, see ``OccupancyGrids``.
@@ -164,10 +163,10 @@ def walk(status, sources, targets, edge, lengths, gate, field, queues, found):  
         edge: bool[rows, columns], whether a cell lies at the grid's edge.
         lengths: int64[2], of an orthogonal and a diagonal move, in mm.
         gate: see `found`, in mm.
-        field: int64[C, 2], scratch: FAR in column 0, and so it is left.
-        queues: int64[2, 2 C], scratch: length and cell of those that wait.
-        found: int64[2, F], written: the length in mm, -1 where there is no way; and the cell on the
-            way that is farthest from the source within `gate`.
+        field: int64[C, 2], scratch: FAR in column 0, before and after.
+        queues: int64[2, 2 C], scratch: length and cell of each entry.
+        found: int64[2, F], written: the length in mm, -1 without a path; and the cell on the path
+            that is farthest from the source within `gate`.
     """
     rows = edge.shape[0]
     columns = edge.shape[1]

@@ -1,4 +1,4 @@
-"""The cheapest assignment of frontiers to all teams, of which each leader takes its own part."""
+"""The cheapest assignment of frontiers to all teams, from which each leader takes its own row."""
 
 from __future__ import annotations
 
@@ -17,23 +17,24 @@ __all__ = ["Hungarian"]
 
 @dataclass(frozen=True, slots=True)
 class Hungarian:
-    """The own part of the cheapest assignment of frontiers (groups of cells) to all teams.
+    """The own row of the cheapest assignment of frontiers (groups of cells) to all teams.
 
-    No two teams get the same frontier, and the sum of distances is least. Where there are fewer
-    frontiers than teams, a leader that gets none takes the nearest.
+    No two teams get the same frontier, and the sum of distances is minimal. With fewer frontiers
+    than teams, a leader that gets none takes the nearest.
 
     Source: Kuhn (1955), "The Hungarian method for the assignment problem"; for exploration Ko,
-        Stewart, Fox, Konolige, Limketkai (2003), IROS. Central in the original; made local: each
-        leader solves it for all teams as last heard, itself among them, and takes its own row.
-        Distances are straight lines, so that leaders who have heard the same solve the same.
+        Stewart, Fox, Konolige, Limketkai (2003), IROS. Central in the original. Decentralized
+        here: each leader solves the problem for all teams as last heard, its own included, and
+        takes its own row. Distances are straight lines, so that leaders with the same knowledge
+        solve the same problem.
     """
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""
-        # It takes longer to import than a mission of another rule to run.
+        # Importing it takes longer than a mission with another selector.
         from scipy.optimize import linear_sum_assignment
 
-        # In the order of leaders, whoever solves it: where several are cheapest, all take the same.
+        # In the order of leaders, for every solver: among several cheapest, all take the same one.
         own = int(np.searchsorted(view.others.leaders, view.robot))
         places_m = np.insert(view.others.positions_m, own, view.position_m, axis=0)
         teams, assigned = linear_sum_assignment(nearest_to_clusters(places_m, view)[0])

@@ -1,12 +1,12 @@
-"""Much unknown area in reach, and not far."""
+"""Much unknown area within reach, over a short path."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from swarmscout.core.parameters import Amount, Metres, checked_dataclass
 from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -14,24 +14,24 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["InformationGain"]
 
 
-@dataclass(frozen=True, slots=True)
+@checked_dataclass
 class InformationGain:
-    """Most unknown area in the sensor's reach, discounted by the length of the way.
+    """Most unknown area within the sensor's reach, discounted by the length of the path.
 
-    The leader takes the frontier with the highest ``A · exp(-decay_per_m · L)``: A is the unknown
-    area within reach of it, L the way to it.
+    The leader takes the frontier with the highest ``A · exp(-decay_per_m · L)``, where A is the
+    unknown area within reach of it and L the length of the path to it.
 
     Attributes:
-        reach_m: how far round a frontier unknown area counts.
-        decay_per_m: how fast the gain shrinks with the way.
+        reach_m: radius around a frontier in which unknown area counts.
+        decay_per_m: rate at which the gain decays with the path length.
 
     Source: González-Baños, Latombe (2002), "Navigation strategies for exploring indoor
-        environments", International Journal of Robotics Research. For one robot in the original,
-        so it is local as it stands; A counts cells in a disc in place of cast rays.
+        environments", International Journal of Robotics Research. The original is for one robot, so
+        it is decentralized. A counts the cells in a disc instead of casting rays.
     """
 
-    reach_m: float = 1.9
-    decay_per_m: float = 0.33
+    reach_m: Metres = 1.9
+    decay_per_m: Amount = 0.33
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.core.parameters import Metres, checked_dataclass
 from swarmscout.destinations.crowding import crowding
 from swarmscout.destinations.path_lengths import choice_of
 from swarmscout.destinations.selector import Choice
@@ -16,28 +16,28 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["LlmLike"]
 
 
-@dataclass(frozen=True, slots=True)
+@checked_dataclass
 class LlmLike:
-    """A score of the paper's reasons: near, off others' targets, many frontiers, few obstacles.
+    """A score of the paper's reasons: near, away from others, many frontiers, few obstacles.
 
-    Per metre of straight distance a cell loses 1; for each other team's destination within
-    ``apart_m`` up to ``shyness_m``; it gains for each frontier cell and loses for each obstacle
-    cell among its 8 neighbours. Nothing but what the paper's prompt holds.
+    The score of a cell, in metres, falls with the straight-line distance, with nearness to other
+    teams' destinations, and for each obstacle cell among its 8 neighbours; it rises for each
+    frontier cell among them. It uses only what the paper's prompt contains.
 
     Attributes:
-        apart_m: other teams' destinations matter up to here.
-        shyness_m: what a destination in the same place costs, in metres.
-        frontier_m: what a frontier neighbour is worth, in metres.
-        obstacle_m: what an obstacle neighbour costs, in metres.
+        apart_m: distance beyond which other teams' destinations cost nothing.
+        shyness_m: cost of another team's destination in the same place.
+        frontier_m: gain per frontier neighbour.
+        obstacle_m: cost per obstacle neighbour.
 
     Source: paper, "LLM-based destination selection" (the reasons of its figure), as a formula.
-        Decentralized as the paper's LLM is: each leader scores by what it has heard.
+        Decentralized like the paper's LLM: each leader scores by what it has heard.
     """
 
-    apart_m: float = 25.0
-    shyness_m: float = 17.0
-    frontier_m: float = 0.098
-    obstacle_m: float = 7.6
+    apart_m: Metres = 25.0
+    shyness_m: Metres = 17.0
+    frontier_m: Metres = 0.098
+    obstacle_m: Metres = 7.6
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

@@ -1,4 +1,4 @@
-"""Where fewest other teams are nearer: MinPos."""
+"""MinPos: the frontier to which the fewest other teams are nearer."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ class MinPos:
     """The frontier (a group of cells) to which fewest other teams are nearer; then the nearest.
 
     The leader's rank at a frontier is the number of other teams that are strictly nearer to it. It
-    goes to the frontier where its rank is lowest, to the nearest by way among several.
+    takes the frontier where its rank is lowest; among several, the one with the shortest path.
 
     Source: Bautin, Simonin, Charpillet (2012), "MinPos: a novel frontier allocation algorithm for
         multi-robot exploration", ICIRA. Decentralized in the original. Here, unlike there,
-        distances in ranks are straight lines to a frontier's nearest cell, for the own team and
-        others alike; ways of all teams to all frontiers would cost a search for each team.
+        ranks use straight-line distances to a frontier's nearest cell for all teams, the own one
+        included; path lengths would need a search for each team.
     """
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""
         places_m = np.concatenate([np.array([view.position_m]), view.others.positions_m])
         ways = ways_m(view)
-        # Frontiers without a way come last, whatever their rank.
+        # Frontiers without a path come last, independent of their rank.
         ranks = nearest_to_clusters(places_m, view)[1][view.clusters]
         ranks += len(places_m) * (ways >= NO_WAY_M)
         chosen = int(np.lexsort((ways, ranks))[0])

@@ -1,13 +1,14 @@
-"""Several criteria weighed: near, open, off others' destinations, ahead."""
+"""A weighted sum of criteria: near, open, away from other teams' destinations, straight on."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from swarmscout.core.jit import kernel
+from swarmscout.core.parameters import Metres, checked_dataclass
 from swarmscout.destinations.path_lengths import ways_m
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -17,17 +18,27 @@ __all__ = ["MultiCriteria", "weigh"]
 
 @kernel
 def weigh(  # type: ignore[no-untyped-def]
-    frontiers, ways, unknown, open_area, members, looks, destinations, kept, place, weights, score
+    frontiers,
+    ways,
+    unknown,
+    open_area,
+    members,
+    headings,
+    destinations,
+    kept,
+    place,
+    weights,
+    score,
 ):
     """Score every frontier.
 
     Args:
         frontiers: float64[F, 2] in metres; ways: float64[F] in metres.
         unknown, open_area: float64[F] in m².
-        members: float64[n, 2] in metres; looks: float64[2, n], where they look (cos, sin).
+        members: float64[n, 2] in metres; headings: float64[2, n], (cos, sin) of theirs.
         destinations: float64[T, 2] of other teams, NaN for none.
-        kept: float64[2], the direction that the team has kept to.
-        place: float64[2] in metres, where the leader is.
+        kept: float64[2], the team's direction so far.
+        place: float64[2] in metres, the leader's position.
         weights: float64[8], see ``MultiCriteria``: way, front, turn, near gain, open gain, apart,
             apart_m, ahead.
         score: float64[F], written.
@@ -36,14 +47,14 @@ def weigh(  # type: ignore[no-untyped-def]
     for f in range(frontiers.shape[0]):
         fx, fy = frontiers[f, 0], frontiers[f, 1]
         total = weights[3] * unknown[f] + weights[4] * open_area[f] - weights[0] * ways[f]
-        # The member that is soonest there counts, not the leader: whoever is in front maps.
+        # The member that arrives first counts, not the leader: the one in front maps.
         soonest = np.inf
         for i in range(members.shape[0]):
             dx = fx - members[i, 0]
             dy = fy - members[i, 1]
             length = np.sqrt(dx * dx + dy * dy)
             # The chord of the angle: as long as the angle where it is small, 2 for about-turns.
-            along = (dx * looks[0, i] + dy * looks[1, i]) / length if length > 0.0 else 1.0
+            along = (dx * headings[0, i] + dy * headings[1, i]) / length if length > 0.0 else 1.0
             soonest = min(soonest, length + weights[2] * np.sqrt(max(0.0, 2.0 - 2.0 * along)))
         total -= weights[1] * soonest
         for t in range(destinations.shape[0]):
@@ -60,67 +71,61 @@ def weigh(  # type: ignore[no-untyped-def]
         score[f] = total
 
 
-@dataclass(frozen=True, slots=True)
+@checked_dataclass
 class MultiCriteria:
-    """A weighted sum: near the front member, open ground, off others' targets, straight on.
+    """A weighted sum: near the front member, open ground, away from other teams, straight on.
 
-    Per frontier, in metres: the way from the leader and the distance from the member that is
-    soonest there (turning counted in) cost; unknown area close by and open ground round it gain,
-    where ground is open if it is unknown and no wall is known near; nearness to other teams'
-    destinations costs; the direction that the team has kept to so far gains.
+    The score of a frontier, in metres, falls with the length of the leader's path, with the
+    distance and turn of the member that arrives first, and with nearness to other teams'
+    destinations. It rises with the unknown area close by, with open ground (unknown area minus a
+    multiple of known wall) around it, and if it lies in the team's direction so far.
 
     Attributes:
-        way: what a metre of the leader's way costs.
-        front: what a metre between the soonest member and the frontier costs.
-        turn_m: what a member's turn by a radian costs, in metres.
-        near_gain: what a square metre of unknown within 1 m is worth.
-        open_gain: what a square metre of open ground within `open_m` is worth.
-        open_m: how far round a frontier ground counts.
-        wall: so many square metres of unknown does one of wall cancel.
-        apart: what a destination of another team in the same place costs.
-        apart_m: destinations of others matter up to here.
-        ahead: what it is worth to go on in the direction kept to so far.
-        keep: how much of that direction stays at each decision, in [0, 1).
+        way: cost per metre of the leader's path.
+        front: cost per metre between the frontier and the member that arrives first.
+        turn_m: cost of that member's turn by one radian, in metres.
+        near_gain: gain per square metre of unknown within 1 m.
+        open_gain: gain per square metre of open ground within `open_m`.
+        open_m: radius around a frontier in which ground counts as open.
+        wall: area of unknown that one square metre of known wall cancels, in m².
+        apart: cost of a destination of another team in the same place.
+        apart_m: distance beyond which other teams' destinations cost nothing, in metres.
+        ahead: gain for continuing in the direction so far.
+        keep: share of the direction so far that is kept at each decision, in [0, 1).
 
     Source: this package. Multi-criteria decisions in exploration: Basilico, Amigoni (2011),
         "Exploration strategies based on multi-criteria decision making for searching environments
-        in rescue operations", Autonomous Robots. Decentralized as it stands: each leader weighs
-        what it knows and has heard.
+        in rescue operations", Autonomous Robots. Decentralized: each leader uses what it knows and
+        has heard.
     """
 
     way: float = 0.165
     front: float = 0.87
-    turn_m: float = 1.77
+    turn_m: Metres = 1.77
     near_gain: float = 0.56
     open_gain: float = 0.48
-    open_m: float = 2.63
+    open_m: Metres = 2.63
     wall: float = 5.2
     apart: float = 3.6
-    apart_m: float = 5.2
+    apart_m: Annotated[Metres, Field(gt=0.0)] = 5.2
     ahead: float = 1.95
-    keep: float = 0.63
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.keep < 1.0:
-            raise ValueError(f"keep = {self.keep:g} must be at least 0 and below 1")
-        if not self.apart_m > 0.0:
-            raise ValueError(f"apart_m = {self.apart_m:g} must be above 0")
+    keep: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.63
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`.
 
-        Remembers the direction kept to so far.
+        The memory is the team's direction so far.
         """
         x, y, _ = view.pose
-        # None at first; what another rule remembered, as a fallback's, says nothing here either.
+        # None at first; the memory of another selector, such as a fallback, is ignored.
         kept_x, kept_y = memory if isinstance(memory, tuple) else (0.0, 0.0)
         ways = ways_m(view)
-        looks = np.stack([np.cos(view.members_heading_rad), np.sin(view.members_heading_rad)])
+        headings = np.stack([np.cos(view.members_heading_rad), np.sin(view.members_heading_rad)])
         walls = view.area_m2("occupied", self.open_m)
         score = np.empty(len(ways))
         weigh(
             view.frontiers_m, ways, view.unknown_m2(1.0),
-            view.unknown_m2(self.open_m) - self.wall * walls, view.members_m, looks,
+            view.unknown_m2(self.open_m) - self.wall * walls, view.members_m, headings,
             view.others.destinations_m, np.array([kept_x, kept_y]),
             np.array([x, y]),
             np.array(

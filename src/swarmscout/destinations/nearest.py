@@ -17,7 +17,8 @@ __all__ = ["Nearest"]
 class Nearest:
     """The frontier with the cheapest route from the leader.
 
-    Ties go to the first cell; without any route, to the nearest in a straight line.
+    Ties go to the first cell. Without a route to any frontier, the nearest in a straight line is
+    chosen.
 
     Source: Yamauchi (1998), "Frontier-based exploration using multiple robots".
     """

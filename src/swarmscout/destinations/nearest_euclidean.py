@@ -19,7 +19,7 @@ class NearestEuclidean:
     """The nearest frontier in a straight line from the team; ties go to the first cell.
 
     Source: Yamauchi (1998), "Frontier-based exploration using multiple robots", Autonomous Agents.
-        Decentralized in the original: robots share the map and choose alone.
+        Decentralized in the original: robots share the map and decide alone.
     """
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:

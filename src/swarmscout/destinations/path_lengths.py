@@ -1,4 +1,4 @@
-"""How far frontiers are, as most rules want to know it, and the nearest of some."""
+"""Path lengths to frontiers, always finite, and the choice of a frontier by its index."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["NO_WAY_M", "choice_of", "ways_m"]
 
 NO_WAY_M = 1000.0
-"""So much farther are frontiers to which no way over free cells is known: they come last."""
+"""Added to the distance of frontiers without a known path over free cells: they come last."""
 
 
 def ways_m(view: LeaderView) -> NDArray[np.float64]:
-    """float64[F], ways over free cells; where there is none, NO_WAY_M and the straight distance.
+    """float64[F], path lengths over free cells; without a path NO_WAY_M plus the straight line.
 
-    Finite, so a rule always finds something to choose.
+    They are finite, so that a selector can always choose.
     """
     return np.where(np.isinf(view.path_length_m), NO_WAY_M + view.distances_m, view.path_length_m)
 
 
 def choice_of(view: LeaderView, chosen: int, reason: str, memory: object = None) -> Choice:
-    """The choice of the frontier at a place in the view's list."""
+    """The choice of the frontier at an index of the view's list."""
     row, col = view.frontiers[chosen].tolist()
     return Choice((row, col), reason=reason, memory=memory)

@@ -1,12 +1,12 @@
-"""Pulled by frontiers, pushed off by other teams: an artificial potential."""
+"""An artificial potential: frontiers attract, other teams repel."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from swarmscout.core.parameters import Amount, Metres, checked_dataclass
 from swarmscout.destinations.crowding import push_kernel
 from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
@@ -15,25 +15,25 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["Potential"]
 
 
-@dataclass(frozen=True, slots=True)
+@checked_dataclass
 class Potential:
-    """The frontier with the lowest potential: ways pull, other teams and their destinations push.
+    """The frontier with the lowest potential: short paths attract, other teams repel.
 
-    The potential is the way in metres plus, for each other team's place and destination at a
-    distance d within ``range_m``, ``push_m3 / 2 · (1 / d - 1 / range_m)²``.
+    The potential is the path length in metres plus ``push_m3 / 2 · (1 / d - 1 / range_m)²`` for
+    each position and each destination of another team at a distance d within ``range_m``.
 
     Attributes:
-        range_m: others push up to here.
-        push_m3: how hard.
+        range_m: distance within which other teams repel.
+        push_m3: strength of the repulsion.
 
     Source: Khatib (1986), "Real-time obstacle avoidance for manipulators and mobile robots" (the
         repulsive term); Howard, Matarić, Sukhatme (2002), "Mobile sensor network deployment using
-        potential fields" (robots that push each other). A local method; here the potential is
-        compared at frontiers only, as routes avoid obstacles by themselves.
+        potential fields" (robots that repel each other). A decentralized method. Here the
+        potential is compared at frontiers only, as routes avoid obstacles.
     """
 
-    range_m: float = 30.5
-    push_m3: float = 2020.0
+    range_m: Metres = 30.5
+    push_m3: Amount = 2020.0
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

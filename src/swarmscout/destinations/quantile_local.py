@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from swarmscout.core.parameters import Metres, Share, checked_dataclass
 from swarmscout.destinations.quantile import Quantile
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -14,27 +14,27 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["QuantileLocal"]
 
 
-@dataclass(frozen=True, slots=True)
+@checked_dataclass
 class QuantileLocal(Quantile):
     """A random quantile of the distance, as the baseline, but among frontiers near the team.
 
-    The baseline's quantile counts all frontiers of the swarm, so a team is sent farther the more
-    the others have found. Here only those within a radius count; if there are none, all do.
+    The baseline's quantile counts all frontiers of the map, so a team is sent farther the more
+    frontiers other teams find. Here only those within a radius count; without any, all do.
 
     Attributes:
         bias_min, bias_max, sigma: as in the baseline.
-        radius_m: straight distance from the team up to which a frontier is near.
+        radius_m: straight-line distance from the team within which a frontier is near.
 
-    Source: paper, "Baseline target selection" ("a frontier cell nearby each team"). Decentralized
-        as it stands: it reads the team's own position only.
+    Source: paper, "Baseline target selection" ("a frontier cell nearby each team"). Decentralized:
+        it reads the team's own position only.
     """
 
-    bias_min: float = 0.19
-    bias_max: float = 0.32
-    radius_m: float = 2.75
+    bias_min: Share = 0.19
+    bias_max: Share = 0.32
+    radius_m: Metres = 2.75
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
-        """See :class:`swarmscout.destinations.selector.Selector`; remembers the bias."""
+        """See :class:`swarmscout.destinations.selector.Selector`; the memory is the bias."""
         bias, quantile = self.draw(view, memory)
         distances = view.distances_m
         near = int(np.count_nonzero(distances <= self.radius_m)) or len(distances)

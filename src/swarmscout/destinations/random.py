@@ -1,4 +1,4 @@
-"""Any frontier, each as likely as the other."""
+"""Any frontier, with equal probability."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Random"]
 
 @dataclass(frozen=True, slots=True)
 class Random:
-    """Any frontier, each as likely as the other: what a rule has to beat."""
+    """Any frontier, with equal probability: the lower bound for a comparison."""
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

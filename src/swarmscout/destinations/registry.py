@@ -5,56 +5,17 @@ Other packages register theirs under the entry point group ``swarmscout.selector
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
-
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.registry import Registry
-from swarmscout.destinations.hungarian import Hungarian
-from swarmscout.destinations.information_gain import InformationGain
-from swarmscout.destinations.llm.llm import Llm
-from swarmscout.destinations.llm.shortlist import LlmShortlist, ShortlistRandom
-from swarmscout.destinations.llm_like import LlmLike
-from swarmscout.destinations.minpos import MinPos
-from swarmscout.destinations.multi_criteria import MultiCriteria
-from swarmscout.destinations.nearest import Nearest
-from swarmscout.destinations.nearest_euclidean import NearestEuclidean
-from swarmscout.destinations.potential import Potential
-from swarmscout.destinations.quantile import Quantile
-from swarmscout.destinations.quantile_local import QuantileLocal
-from swarmscout.destinations.random import Random
 from swarmscout.destinations.selector import Selector
-from swarmscout.destinations.utility import Utility
-from swarmscout.destinations.voronoi import Voronoi
 
 __all__ = ["RECOMMENDED", "SELECTORS", "make_selector", "model_selectors", "selectors"]
 
 RECOMMENDED = "multi-criteria"
-"""The selector to start with where no other is asked for."""
+"""The selector to start with if you have no preference."""
 
-BUILT_IN: dict[str, type] = {
-    "random": Random,
-    "quantile": Quantile,
-    "quantile-local": QuantileLocal,
-    "nearest": Nearest,
-    "nearest-euclidean": NearestEuclidean,
-    "utility": Utility,
-    "information-gain": InformationGain,
-    "minpos": MinPos,
-    "hungarian": Hungarian,
-    "voronoi": Voronoi,
-    "potential": Potential,
-    "llm-like": LlmLike,
-    "multi-criteria": MultiCriteria,
-}
-
-WITH_MODELS: dict[str, type] = {
-    "llm": Llm,
-    "llm-shortlist": LlmShortlist,
-    "shortlist-random": ShortlistRandom,
-}
-"""Selectors that ask a language model, and their control; docs/llm.md has what they are worth."""
+_HERE = "swarmscout.destinations"
+_WITH_MODELS = ("llm", "llm-shortlist", "shortlist-random")
 
 SELECTORS: Registry[Selector] = Registry(
     noun="selector",
@@ -62,34 +23,35 @@ SELECTORS: Registry[Selector] = Registry(
     face=Selector,  # type: ignore[type-abstract]
     error=SelectorError,
     group="swarmscout.selectors",
-    built_in=BUILT_IN | WITH_MODELS,
+    built_in={
+        "random": f"{_HERE}.random:Random",
+        "quantile": f"{_HERE}.quantile:Quantile",
+        "quantile-local": f"{_HERE}.quantile_local:QuantileLocal",
+        "nearest": f"{_HERE}.nearest:Nearest",
+        "nearest-euclidean": f"{_HERE}.nearest_euclidean:NearestEuclidean",
+        "utility": f"{_HERE}.utility:Utility",
+        "information-gain": f"{_HERE}.information_gain:InformationGain",
+        "minpos": f"{_HERE}.minpos:MinPos",
+        "hungarian": f"{_HERE}.hungarian:Hungarian",
+        "voronoi": f"{_HERE}.voronoi:Voronoi",
+        "potential": f"{_HERE}.potential:Potential",
+        "llm-like": f"{_HERE}.llm_like:LlmLike",
+        "multi-criteria": f"{_HERE}.multi_criteria:MultiCriteria",
+        "llm": f"{_HERE}.llm.llm:Llm",
+        "llm-shortlist": f"{_HERE}.llm.shortlist:LlmShortlist",
+        "shortlist-random": f"{_HERE}.llm.shortlist:ShortlistRandom",
+    },
 )
 
 
 def selectors() -> dict[str, str]:
-    """Names of all rules that can be used by name, each with one line on what it does.
-
-    :func:`model_selectors` has those that ask a language model.
-    """
-    return {name: line for name, line in SELECTORS.names().items() if name not in WITH_MODELS}
+    """Names of the selectors that use no language model, each with one line on what it does."""
+    return {name: line for name, line in SELECTORS.names().items() if name not in _WITH_MODELS}
 
 
 def model_selectors() -> dict[str, str]:
-    """Names of the selectors that ask a language model and of their control, each with one line."""
-    return {name: (kind.__doc__ or "").splitlines()[0] for name, kind in WITH_MODELS.items()}
+    """Names of the LLM-based selectors and of their control, each with one line."""
+    return {name: line for name, line in SELECTORS.names().items() if name in _WITH_MODELS}
 
 
-def make_selector(
-    name: str, parameters: Mapping[str, Any] | None = None, base: Path | None = None
-) -> Selector:
-    """Make the selector behind a name; a file is run for that.
-
-    Args:
-        name: a name of :func:`selectors`, or ``file.py:ClassName``.
-        parameters: keyword arguments for its class.
-        base: the folder that a relative file is looked for in, besides the working directory.
-
-    Raises:
-        SelectorError: there is no such selector, or it does not take these parameters.
-    """
-    return SELECTORS.make(name, parameters, base)
+make_selector = SELECTORS.make

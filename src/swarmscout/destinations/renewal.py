@@ -1,13 +1,15 @@
 """When a team needs a new destination, and how members learn of it.
 
 "After any member reaches the assigned target, the leader selects a new target" (paper, "Task
-description"). Deviation: the scenario ``paper`` also drops a destination that is no frontier any
+description"). Deviation: the scenario ``paper`` also drops a destination that is not a frontier any
 more or overdue, and a team avoids for a while what it gave up; ``paper-literal`` does not.
 """
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
 
 from swarmscout.core.enums import (
     CHARGE,
@@ -19,10 +21,25 @@ from swarmscout.core.enums import (
     REACHED,
     UNREACHABLE,
 )
+from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.minds.minds import DESTINATION, DUE_AT, LEADER, MODE, NEEDS, STEP, TEAM
 
-__all__ = ["due_step", "find_stale", "share_destinations"]
+__all__ = ["RENEWAL", "due_step", "find_stale", "report_reached", "share_destinations"]
+
+RENEWAL = np.dtype(
+    [
+        ("origin_x_m", "f8"),  # the grid's frame
+        ("origin_y_m", "f8"),
+        ("cell_m", "f8"),
+        ("columns", "i8"),
+        ("frontier_bit", "i8"),  # in a cell's status, see OccupancyGrids
+        ("reach_m", "f8"),  # this near to the destination's centre it is reached
+        ("stale_rule", "?"),  # also drop what is not a frontier any more, or overdue
+        ("avoid_steps", "i8"),  # for this long a team avoids a frontier that it gave up
+    ],
+    align=True,
+)
+"""The rules of renewal."""
 
 
 def due_step(step: int, distance_m: float, forward_m: float, factor: float, extra: int) -> int:
@@ -36,108 +53,137 @@ def due_step(step: int, distance_m: float, forward_m: float, factor: float, extr
     return step + math.ceil(factor * distance_m / forward_m) + extra
 
 
+@kernel
+def report_reached(own, notices, rules):  # type: ignore[no-untyped-def]
+    """Each member tells its leader when it has reached the team's destination.
+
+    Args:
+        own: MIND[N]; notices: NOTICE[N], `reached` is written.
+        rules: RENEWAL[1].
+    """
+    rules = rules[0]
+    for i in range(own.shape[0]):
+        me = own[i]
+        notices[i].reached = -1
+        cell = me.destination
+        if not me.thinks or cell < 0 or me.mode == CHARGE:
+            continue
+        dx = rules.origin_x_m + (cell % rules.columns + 0.5) * rules.cell_m - me.x_m
+        dy = rules.origin_y_m + (cell // rules.columns + 0.5) * rules.cell_m - me.y_m
+        if dx * dx + dy * dy <= rules.reach_m * rules.reach_m:
+            notices[i].reached = cell
+
+
 @inlined
-def _give_up(avoided, avoided_next, i, cell, until):  # type: ignore[no-untyped-def]
-    slot = avoided_next[i] % avoided.shape[1]
-    avoided[i, slot, 0] = cell
-    avoided[i, slot, 1] = until
-    avoided_next[i] += 1
+def _hear_reports(own, ear, heard, notices, step):  # type: ignore[no-untyped-def]
+    """Leaders whose team has reached its destination hear of it: cause REACHED."""
+    for i in range(own.shape[0]):
+        own[i].cause = NO_CAUSE
+    for j in range(notices.shape[0]):
+        if notices[j].reached < 0:
+            continue
+        # The notice is addressed to j's leader, which reads it if it heard j in this step.
+        i = notices[j].leader
+        if heard[ear[i], j].step == step and notices[j].reached == own[i].destination:
+            own[i].cause = REACHED
+
+
+@inlined
+def _cause(me, frontier, no_route, stale_rule, step):  # type: ignore[no-untyped-def]
+    """Why a leader's team needs a destination, a code of CAUSES."""
+    if me.destination < 0:
+        return NONE_YET
+    if me.cause == REACHED:
+        return REACHED
+    if stale_rule and not frontier:
+        return NOT_FRONTIER
+    if no_route:
+        return UNREACHABLE
+    if stale_rule and step > me.due_at:
+        return OVERDUE
+    return NO_CAUSE
 
 
 @kernel
-def find_stale(  # type: ignore[no-untyped-def]
-    state, sending, links, heard_state, heard_reading, status, frontier_bit, no_route,
-    avoided, avoided_next, ox, oy, cell_m, columns, reach_m, stale_rule, avoid_steps, step,
-    events, count,
-):  # fmt: skip
-    """Each leader looks whether its team needs a new destination; column NEEDS says why.
+def find_stale(own, ear, heard, notices, status, routes, rules, step, events):  # type: ignore[no-untyped-def]
+    """Each leader decides whether its team needs a new destination; `cause` says why.
+
+    What it gives up goes into its notice, for its team to avoid.
 
     Args:
-        state, sending, heard_state, heard_reading, avoided, avoided_next: see ``Minds``.
-        links: bool[N, N]; not read where all share one listener's row.
-        status: uint8[K, C'] and frontier_bit: see ``OccupancyGrids``.
-        no_route: bool[N], whether each robot found no route to its destination.
-        ox, oy, cell_m, columns: the grid's frame; reach_m: this near is reached.
-        stale_rule: also drop what is no frontier any more, or overdue.
-        avoid_steps: for so long a team avoids a frontier that it gave up.
-        step: the current step; events, count: see ``core.codes``.
+        own: MIND[N], written: cause, destination; ear, heard, notices: see ``Knowledge``.
+        status: uint8[R, C'], see ``OccupancyGrids``.
+        routes: ROUTE[N], see ``RouteTable``.
+        rules: RENEWAL[1]; step: the current step; events: see ``EventLog``.
 
     Returns:
         How many leaders need a destination.
     """
-    robots = state.shape[0]
-    shared = heard_state.shape[0] == 1
+    rules = rules[0]
     asking = 0
-    for i in range(robots):
-        state[i, NEEDS] = NO_CAUSE
-    # Members report: each compares its own place with its team's destination.
-    for i in range(robots):
-        if not sending[i] or state[i, DESTINATION] < 0 or state[i, MODE] == CHARGE:
+    _hear_reports(own, ear, heard, notices, step)
+    for i in range(own.shape[0]):
+        me = own[i]
+        notices[i].given_up = -1
+        if not me.thinks or me.leader != i or me.mode == CHARGE:
+            me.cause = NO_CAUSE
             continue
-        leader = state[i, LEADER]
-        k = 0 if shared else leader
-        if heard_state[k, i, STEP] != step or state[leader, DESTINATION] != state[i, DESTINATION]:
-            continue
-        cell = state[i, DESTINATION]
-        dx = ox + (cell % columns + 0.5) * cell_m - heard_reading[k, i, 0]
-        dy = oy + (cell // columns + 0.5) * cell_m - heard_reading[k, i, 1]
-        if dx * dx + dy * dy <= reach_m * reach_m:
-            state[leader, NEEDS] = REACHED
-    for i in range(robots):
-        if not sending[i] or state[i, LEADER] != i or state[i, MODE] == CHARGE:
-            state[i, NEEDS] = NO_CAUSE
-            continue
-        cell = state[i, DESTINATION]
-        k = 0 if shared else i
-        if cell < 0:
-            state[i, NEEDS] = NONE_YET
-        elif state[i, NEEDS] == REACHED:
-            pass
-        elif stale_rule and status[k, cell] & frontier_bit == 0:
-            state[i, NEEDS] = NOT_FRONTIER
-        elif no_route[i]:
-            state[i, NEEDS] = UNREACHABLE
-        elif stale_rule and step > state[i, DUE_AT]:
-            state[i, NEEDS] = OVERDUE
-        if state[i, NEEDS] == NO_CAUSE:
+        cell = me.destination
+        frontier = cell >= 0 and status[ear[i], cell] & rules.frontier_bit != 0
+        me.cause = _cause(me, frontier, routes[i].failed_until > 0, rules.stale_rule, step)
+        if me.cause == NO_CAUSE:
             continue
         asking += 1
         if cell < 0:
             continue
-        state[i, DESTINATION] = -1
-        events[count[0], 0] = DROP
-        events[count[0], 1] = i
-        events[count[0], 2] = state[i, NEEDS]
-        events[count[0], 3] = cell
-        count[0] += 1
-        if avoid_steps == 0 or state[i, NEEDS] == NOT_FRONTIER:
-            continue
-        if status[k, cell] & frontier_bit == 0:
-            continue
-        # The whole team remembers, whoever leads it next.
-        for j in range(robots):
-            if (
-                sending[j]
-                and state[j, TEAM] == state[i, TEAM]
-                and (shared or j == i or links[j, i])
-            ):
-                _give_up(avoided, avoided_next, j, cell, step + avoid_steps)
+        me.destination = -1
+        note(events, DROP, i, me.cause, cell)
+        if rules.avoid_steps > 0 and me.cause != NOT_FRONTIER and frontier:
+            notices[i].given_up = cell
+            notices[i].avoid_until = step + rules.avoid_steps
     return asking
 
 
 @kernel
-def share_destinations(state, sending, links, shared):  # type: ignore[no-untyped-def]
+def avoid_given_up(own, ear, heard, notices, avoided, avoided_next, step):  # type: ignore[no-untyped-def]
+    """The whole team remembers what its leader gave up, whichever robot leads it next.
+
+    Args:
+        own: MIND[N]; ear, heard, notices: see ``Knowledge``.
+        avoided, avoided_next: see ``Minds``; written.
+        step: the current step.
+    """
+    for j in range(notices.shape[0]):
+        if notices[j].given_up < 0:
+            continue
+        for i in range(own.shape[0]):
+            me = own[i]
+            if me.thinks and me.team == notices[j].team and heard[ear[i], j].step == step:
+                slot = avoided_next[i] % avoided.shape[1]
+                avoided[i, slot, 0] = notices[j].given_up
+                avoided[i, slot, 1] = notices[j].avoid_until
+                avoided_next[i] += 1
+
+
+@kernel
+def share_destinations(own, ear, heard, notices, step):  # type: ignore[no-untyped-def]
     """Members take over their leader's destination as it is now, where they hear it.
 
     Args:
-        state: int64[N, columns], sending: bool[N]: see ``Minds``.
-        links: bool[N, N]; not read if `shared`.
-        shared: whether everybody hears everybody.
+        own: MIND[N], written: destination, due_at, target.
+        ear, heard, notices: see ``Knowledge``; step: the current step.
     """
-    for i in range(state.shape[0]):
-        leader = state[i, LEADER]
-        if not sending[i] or leader == i or state[i, MODE] == CHARGE:
-            continue
-        if state[leader, TEAM] == state[i, TEAM] and (shared or links[i, leader]):
-            state[i, DESTINATION] = state[leader, DESTINATION]
-            state[i, DUE_AT] = state[leader, DUE_AT]
+    for i in range(own.shape[0]):
+        me = own[i]
+        leader = me.leader
+        if (
+            me.thinks
+            and leader != i
+            and me.mode != CHARGE
+            and heard[ear[i], leader].step == step
+            and notices[leader].step == step
+            and notices[leader].team == me.team
+        ):
+            me.destination = notices[leader].destination
+            me.due_at = notices[leader].due_at
+        me.target = me.destination

@@ -1,14 +1,14 @@
 """Phase 6 of a step: leaders that need a destination choose one.
 
 All leaders that need one see the same snapshot; their answers are applied in the order of robots,
-so nothing depends on who was asked first.
+so the order in which they are asked does not matter.
 """
 
 from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -16,34 +16,57 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.enums import CAUSES, CHARGE
+from swarmscout.comms.knowledge import Knowledge
+from swarmscout.core.enums import CHARGE
 from swarmscout.core.errors import SelectorError
+from swarmscout.core.events import EventLog
+from swarmscout.core.grid import GridFrame
 from swarmscout.core.recorder import Decision
 from swarmscout.core.tracebacks import describe_error
 from swarmscout.destinations.asking import Ask, AskingSelector, TalkCounts, settle
-from swarmscout.destinations.dispersal import fan_out
-from swarmscout.destinations.features import Features, Frontiers, Scratch
+from swarmscout.destinations.dispersal import FAN, fan_out
+from swarmscout.destinations.features import Scratch
 from swarmscout.destinations.latency import Waiting
-from swarmscout.destinations.renewal import due_step, find_stale, share_destinations
-from swarmscout.destinations.selector import Choice, Selector
-from swarmscout.destinations.view import LeaderView, OtherTeams
-from swarmscout.mapping.occupancy import FRONTIER, OccupancyGrids
-from swarmscout.minds.minds import (
-    DESTINATION,
-    DUE_AT,
-    LEADER,
-    MODE,
-    NEEDS,
-    SIZE,
-    STEP,
-    TARGET,
-    TEAM,
-    Minds,
+from swarmscout.destinations.leader_views import LeaderViews, ViewSettings
+from swarmscout.destinations.parameters import DispersalParameters, RenewalParameters
+from swarmscout.destinations.renewal import (
+    RENEWAL,
+    avoid_given_up,
+    due_step,
+    find_stale,
+    report_reached,
+    share_destinations,
 )
-from swarmscout.planning.route_table import FAILED_UNTIL
+from swarmscout.destinations.selector import Choice, Selector
+from swarmscout.destinations.view import LeaderView
+from swarmscout.mapping.occupancy import FRONTIER
+from swarmscout.minds.minds import Minds
 from swarmscout.planning.routes import Planner
 
-__all__ = ["Destinations"]
+__all__ = ["Destinations", "Setting"]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What choosing depends on besides its own parameters.
+
+    Attributes:
+        seed: the mission's.
+        robots: N.
+        frame: the occupancy grids'.
+        headings: float64[ticks, 2], (cos, sin).
+        forward_m: length of a robot's move.
+        latency_steps: how long a language model's answer takes.
+        centre: whether a team's position is the mean of its members', else its leader's.
+    """
+
+    seed: int
+    robots: int
+    frame: GridFrame
+    headings: NDArray[np.float64]
+    forward_m: float
+    latency_steps: int
+    centre: bool
 
 
 class Destinations:
@@ -56,54 +79,42 @@ class Destinations:
         seconds: how long the last step's decisions took.
         ask: who answers a selector that asks a language model; None: it decides alone.
         waiting: how long a model's answers take.
+
+    Args:
+        selector, name: see above.
+        renewal: when a destination is renewed.
+        dispersal: how members fan out.
+        setting: see above.
     """
 
     def __init__(
         self,
         selector: Selector,
         name: str,
-        *,
-        seed: int,
-        robots: int,
-        headings: NDArray[np.float64],
-        forward_m: float,
-        reach_m: float,
-        stale_rule: bool,
-        overdue: tuple[float, int],
-        avoid_steps: int,
-        latency_steps: int,
-        team_position: str,
-        fan: tuple[float, float, float] | None,
+        renewal: RenewalParameters,
+        dispersal: DispersalParameters,
+        setting: Setting,
     ) -> None:
         self.selector = selector
         self.name = name
-        self.memories: list[Any] = [None] * robots
+        self.memories: list[Any] = [None] * setting.robots
         self.seconds = 0.0
         self.ask: Ask | None = None
-        self.waiting = Waiting(latency_steps)
+        self.waiting = Waiting(setting.latency_steps)
         self._counts = TalkCounts()
-        self._seed = seed
-        self._headings = headings
-        self._heading_unit_rad = 2.0 * math.pi / len(headings)
-        self._forward_m = forward_m
-        self._reach_m = reach_m
-        self._stale_rule = stale_rule
-        self._overdue = overdue
-        self._avoid_steps = avoid_steps
-        self._centre = team_position == "center"
-        self._fan = fan
-        self._fan_scratch = np.zeros((2, robots), dtype=np.int64)
-        self._scratch: Scratch | None = None
+        self._headings = setting.headings
+        self._forward_m = setting.forward_m
+        self._renewal = renewal
+        self._views = ViewSettings(setting.seed, setting.centre, len(setting.headings))
+        self._scratch = Scratch(setting.frame)
+        self._rules = _record(RENEWAL, setting.frame, renewal)
+        self._fan = _record(FAN, setting.frame, renewal) if dispersal.members == "fan" else None
+        if self._fan is not None:
+            self._fan["fan_m"], self._fan["turn_m"] = dispersal.fan_m, dispersal.fan_turn_m
+            self._fan["apart_m"] = dispersal.fan_apart_m
 
     def decide(
-        self,
-        minds: Minds,
-        grids: OccupancyGrids,
-        planner: Planner,
-        links: NDArray[np.bool_],
-        step: int,
-        events: NDArray[np.int64],
-        count: NDArray[np.int64],
+        self, minds: Minds, knowledge: Knowledge, planner: Planner, step: int, events: EventLog
     ) -> list[Decision]:
         """Find who needs a destination, ask, apply, and let members know.
 
@@ -111,64 +122,37 @@ class Destinations:
             The step's decisions, in robot order.
 
         Raises:
-            SelectorError: the selector failed, or chose a cell that is no frontier of its view.
+            SelectorError: the selector failed, or chose a cell that is not a frontier of its view.
         """
         started = perf_counter()
-        frame = grids.frame
-        previous = minds.state[:, DESTINATION].copy()
-        no_route = planner.table.state[:, FAILED_UNTIL] > 0
+        own, ear, heard, notices = minds.own, knowledge.ear, knowledge.heard, knowledge.notices
+        previous = minds.destination.copy()
+        knowledge.tell(minds, step)
+        report_reached(own, notices, self._rules)
         asking = find_stale(
-            minds.state, minds.sending, links, minds.heard_state, minds.heard_reading,
-            grids.status, FRONTIER, no_route, minds.avoided, minds.avoided_next,
-            frame.origin_x_m, frame.origin_y_m, frame.cell_m, frame.columns,
-            self._reach_m, self._stale_rule, self._avoid_steps, step, events, count,
+            own, ear, heard, notices, knowledge.grids.status, planner.table.state, self._rules,
+            step, events.rows,
         )  # fmt: skip
         decisions: list[Decision] = []
-        leaders = minds.state[:, NEEDS].nonzero()[0].tolist() if asking else []
+        leaders = own["cause"].nonzero()[0].tolist() if asking else []
+        if asking:
+            avoid_given_up(own, ear, heard, notices, minds.avoided, minds.avoided_next, step)
         leaders += self._answered(minds, step, leaders)
         if leaders:
-            if self._scratch is None:
-                self._scratch = Scratch(frame)
-            frontiers: dict[int, Frontiers] = {}
-            views = []
-            for leader in sorted(leaders):
-                m = minds.row(leader)
-                if m not in frontiers:
-                    frontiers[m] = Frontiers(grids, m, self._scratch)
-                if len(frontiers[m].flat):
-                    views.append(
-                        self._view(
-                            minds, grids, planner, links, frontiers[m], leader, previous, step
-                        )
-                    )
-            for view, choice in zip(views, self._choices(views, step), strict=True):
+            views = LeaderViews(minds, knowledge, planner, self._views, self._scratch, step)
+            asked = [views.of(leader, int(previous[leader])) for leader in sorted(leaders)]
+            able = [view for view in asked if view is not None]
+            for view, choice in zip(able, self._choices(able, step), strict=True):
                 if choice is not None:
                     decisions.append(self._apply(view, choice, minds))
-        share_destinations(minds.state, minds.sending, links, minds.listeners == 1)
-        minds.state[:, TARGET] = minds.state[:, DESTINATION]
+            knowledge.tell(minds, step)
+        share_destinations(own, ear, heard, notices, step)
         if self._fan is not None:
-            self._fan_out(minds, grids, links, *self._fan)
+            fan_out(
+                own, ear, heard, notices, knowledge.grids.status, self._headings, self._fan, step
+            )
         self.seconds = perf_counter() - started
         return decisions
-
-    def _fan_out(
-        self,
-        minds: Minds,
-        grids: OccupancyGrids,
-        links: NDArray[np.bool_],
-        fan_m: float,
-        apart_m: float,
-        turn_m: float,
-    ) -> None:
-        frame = grids.frame
-        disc = (2 * int(fan_m / frame.cell_m) + 1) ** 2
-        members, targets = self._fan_scratch
-        fan_out(
-            minds.state, minds.sending, links, minds.heard_reading, grids.status, FRONTIER,
-            self._headings, np.empty(disc, dtype=np.int64), np.empty((minds.robots, disc)), members,
-            targets, frame.origin_x_m, frame.origin_y_m, frame.cell_m, frame.rows, frame.columns,
-            self._reach_m, fan_m, apart_m, turn_m,
-        )  # fmt: skip
 
     def summary(self) -> dict[str, Any]:
         """What conversations with a language model came to; empty for any other selector."""
@@ -178,8 +162,8 @@ class Destinations:
         """Leaders that need no destination, but whose model's answer arrives now."""
         found = []
         for robot in self.waiting.arriving(step):
-            state = minds.state[robot]
-            if not minds.sending[robot] or state[LEADER] != robot or state[MODE] == CHARGE:
+            me = minds.own[robot]
+            if not me["thinks"] or me["leader"] != robot or me["mode"] == CHARGE:
                 self.waiting.drop(robot)
             elif robot not in asking:
                 found.append(robot)
@@ -236,14 +220,15 @@ class Destinations:
             )
         x_m, y_m = frame.centre_of(row, col)
         distance_m = math.hypot(x_m - view.position_m[0], y_m - view.position_m[1])
-        state = minds.state[robot]
-        state[DESTINATION] = frame.flat(row, col)
-        state[DUE_AT] = due_step(view.step, distance_m, self._forward_m, *self._overdue)
+        me = minds.own[robot]
+        me["destination"] = frame.flat(row, col)
+        overdue = self._renewal.overdue_factor, self._renewal.overdue_steps
+        me["due_at"] = due_step(view.step, distance_m, self._forward_m, *overdue)
         self.memories[robot] = choice.memory
         near_frontiers, near_obstacles = view.neighbour_counts((row, col))
         return Decision(
             step=view.step,
-            team=int(state[TEAM]),
+            team=int(me["team"]),
             leader=robot,
             cause=view.cause,
             selector=self.name,
@@ -259,91 +244,18 @@ class Destinations:
             attempts=choice.attempts,
         )
 
-    def _view(
-        self,
-        minds: Minds,
-        grids: OccupancyGrids,
-        planner: Planner,
-        links: NDArray[np.bool_],
-        frontiers: Frontiers,
-        leader: int,
-        previous: NDArray[np.int64],
-        step: int,
-    ) -> LeaderView:
-        m = minds.row(leader)
-        x_m, y_m, heading, charge = minds.reading[leader].tolist()
-        # Who belongs to the team is known through the second exchange of phase 5.
-        hears = minds.sending if minds.listeners == 1 else minds.sending & links[leader]
-        in_team = hears & (minds.team == minds.team[leader])
-        in_team[leader] = True
-        members = in_team.nonzero()[0]
-        heard = minds.heard_reading[m].take(members, axis=0)
-        members_m = heard[:, :2].copy()
-        members_heading_rad = heard[:, 2] * self._heading_unit_rad
-        position_m = (x_m, y_m)
-        if self._centre:
-            position_m = (float(members_m[:, 0].mean()), float(members_m[:, 1].mean()))
-        cells, centres_m = frontiers.cells, frontiers.centres_m
-        keep = frontiers.kept(minds.avoided[leader], step)
-        if keep is not None:
-            cells, centres_m = cells.take(keep, axis=0), centres_m.take(keep, axis=0)
-            cells.flags.writeable = False
-            centres_m.flags.writeable = False
-        last = int(previous[leader])
-        members.flags.writeable = False
-        members_m.flags.writeable = False
-        members_heading_rad.flags.writeable = False
-        return LeaderView(
-            step=step,
-            robot=leader,
-            pose=(x_m, y_m, heading * self._heading_unit_rad),
-            position_m=position_m,
-            charge=charge,
-            frame=grids.frame,
-            frontiers=cells,
-            frontiers_m=centres_m,
-            members=members,
-            members_m=members_m,
-            previous=None if last < 0 else grids.frame.unflat(last),
-            cause=CAUSES[minds.state[leader, NEEDS]],
-            _seed=self._seed,
-            _map=grids.view(m),
-            _others=lambda: self._other_teams(minds, grids, m, leader),
-            _route_costs=_route_costs(planner, grids, m, (x_m, y_m)),
-            _features=Features(frontiers, keep, (x_m, y_m)),
-            members_heading_rad=members_heading_rad,
-        )
 
-    def _other_teams(self, minds: Minds, grids: OccupancyGrids, m: int, leader: int) -> OtherTeams:
-        """What the beacons of this step (or the last that were heard) say of other teams."""
-        heard, reading = minds.heard_state[m], minds.heard_reading[m]
-        speaks = (heard[:, STEP] >= 0) & (heard[:, LEADER] == np.arange(len(heard)))
-        speaks &= (heard[:, MODE] != CHARGE) & (heard[:, TEAM] != minds.team[leader])
-        speaks[leader] = False
-        leaders = speaks.nonzero()[0]
-        flat = heard[leaders, DESTINATION]
-        destinations_m = grids.frame.centres_of(grids.frame.unflat_many(flat))
-        destinations_m[flat < 0] = np.nan
-        positions_m = reading[leaders, :2]
-        if self._centre:
-            positions_m = np.array(
-                [reading[heard[:, LEADER] == other, :2].mean(axis=0) for other in leaders]
-            ).reshape(-1, 2)
-        sizes = heard[leaders, SIZE]
-        for array in (leaders, sizes, positions_m, destinations_m):
-            array.flags.writeable = False
-        return OtherTeams(leaders, sizes, positions_m, destinations_m)
-
-
-def _route_costs(
-    planner: Planner, grids: OccupancyGrids, m: int, from_m: tuple[float, float]
-) -> Callable[[NDArray[np.int64], int | None], NDArray[np.float64]]:
-    def costs(cells: NDArray[np.int64], nearest: int | None) -> NDArray[np.float64]:
-        row, col = grids.frame.cell_of(*from_m)
-        start = grids.frame.flat(
-            min(max(row, 0), grids.frame.rows - 1), min(max(col, 0), grids.frame.columns - 1)
-        )
-        targets = cells[:, 0] * grids.frame.columns + cells[:, 1]
-        return planner.costs_from(grids, m, start, targets, nearest)
-
-    return costs
+def _record(
+    dtype: np.dtype[np.void], frame: GridFrame, renewal: RenewalParameters
+) -> NDArray[np.void]:
+    """Rules as an argument of kernels: one record, in an array, which costs the least per call."""
+    record = np.zeros(1, dtype=dtype)
+    for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
+        if name in (dtype.names or ()):
+            record[name] = getattr(frame, name)
+    record["frontier_bit"] = FRONTIER
+    record["reach_m"] = renewal.reach_m
+    if dtype is RENEWAL:
+        record["stale_rule"] = renewal.rule == "stale"
+        record["avoid_steps"] = renewal.avoid_steps
+    return record

@@ -1,12 +1,12 @@
-"""Utility minus cost, where a destination of others makes what lies round it less useful."""
+"""Utility minus cost, where other teams' destinations reduce the utility around them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from swarmscout.core.parameters import Amount, Metres, checked_dataclass
 from swarmscout.destinations.crowding import crowding
 from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
@@ -15,26 +15,25 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["Utility"]
 
 
-@dataclass(frozen=True, slots=True)
+@checked_dataclass
 class Utility:
-    """Utility minus way; other teams' destinations make what is near them less useful.
+    """Utility minus path length; other teams' destinations reduce the utility near them.
 
-    Each frontier's utility begins at 1, and each destination of another team at distance d takes
-    ``max(0, 1 - d / range_m)`` off it. The leader takes the frontier with the highest utility minus
-    ``beta_per_m`` times its way.
+    The utility of a frontier is 1, reduced by ``max(0, 1 - d / range_m)`` for each destination of
+    another team at distance d. The leader takes the frontier with the highest utility minus
+    ``beta_per_m`` times the length of the path to it.
 
     Attributes:
-        range_m: a destination makes frontiers up to here less useful.
-        beta_per_m: what a metre of way costs, in utilities.
+        range_m: distance within which a destination reduces the utility of frontiers.
+        beta_per_m: cost per metre of path, in units of utility.
 
     Source: Burgard, Moors, Stachniss, Schneider (2005), "Coordinated multi-robot exploration", IEEE
-        Transactions on Robotics. There a central loop assigns one robot after the other; made
-        local: each leader discounts round the destinations that it last heard of, and takes its
-        own best.
+        Transactions on Robotics. In the original a central loop assigns one robot after the other.
+        Decentralized here: each leader uses the destinations that it last heard.
     """
 
-    range_m: float = 29.0
-    beta_per_m: float = 0.044
+    range_m: Metres = 29.0
+    beta_per_m: Amount = 0.044
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""

@@ -1,4 +1,4 @@
-"""The own Voronoi cell first."""
+"""Frontiers in the team's own Voronoi cell first."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Voronoi:
     """The nearest frontier that is nearer to the own team than to any other; else the nearest.
 
     Source: Solanas, Garcia (2004), "Coordinated multi-robot exploration through unsupervised
-        clustering of unknown space", IROS: frontiers of the own region first. There a central
-        k-means makes the regions; made local: each leader takes the Voronoi cell of its own
-        position among those of other teams as last heard, by the length of ways.
+        clustering of unknown space", IROS: frontiers of the own region first. In the original a
+        central k-means makes the regions. Decentralized here: each leader uses the Voronoi cell of
+        its own position among those of other teams as last heard, by path length.
     """
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:

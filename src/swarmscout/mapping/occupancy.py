@@ -215,7 +215,7 @@ class BeliefView:
 
 
 class OccupancyGrids:
-    """K occupancy grids over one frame: one that all share, or one per robot.
+    """K occupancy grids over one frame, one for each group of robots that know the same.
 
     Attributes:
         frame: where they lie.
@@ -225,8 +225,8 @@ class OccupancyGrids:
         price: int16[K, C], occupancy probability in 1/1000 for route costs; -1: occupied.
         counts: int64[K, 4]: closed in the last update, free, occupied, frontier cells.
         bounds: int64[K, 2], first and last row with evidence; (rows, -1): none.
-        touched: int64[C], cells that the last update named; before: int64[C], their evidence
-            before it.
+        touched: int64[C], the first `touched_count` are the cells that the last update named;
+            before: int64[C], their evidence before it.
     """
 
     def __init__(
@@ -241,6 +241,7 @@ class OccupancyGrids:
         self.counts: NDArray[np.int64] = np.zeros((maps, 4), dtype=np.int64)
         self.touched: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
         self.before: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
+        self.touched_count = 0
         self.bounds = np.tile(np.array([frame.rows, -1], dtype=np.int64), (maps, 1))
         self._stamps = np.zeros(size + 1, dtype=np.int64)
         self._permille = model.permille()
@@ -256,20 +257,34 @@ class OccupancyGrids:
         increments: NDArray[np.int64],
         low: NDArray[np.int64],
         high: NDArray[np.int64],
-    ) -> int:
-        """Add entries ``low[k] … high[k] - 1`` of each log k to map m; see the kernel.
-
-        Returns:
-            How many cells the entries name; they stand in ``touched``.
-        """
-        return int(
-            apply_evidence(
-                m, self.evidence, self.status, self.price, self.counts, self.bounds, self._stamps,
-                self.touched, self.before, cells, increments, low, high,
-                self.frame.rows, self.frame.columns, self._thresholds, self._permille,
-                self._neighbours,
-            )
+    ) -> None:
+        """Add entries ``low[k] … high[k] - 1`` of each log k to map m; see the kernel."""
+        self.touched_count = apply_evidence(
+            m, self.evidence, self.status, self.price, self.counts, self.bounds, self._stamps,
+            self.touched, self.before, cells, increments, low, high,
+            self.frame.rows, self.frame.columns, self._thresholds, self._permille,
+            self._neighbours,
         )  # fmt: skip
+
+    def grow(self, maps: int) -> None:
+        """Make room for a number of maps; those added hold nothing meaningful."""
+        for name in ("evidence", "status", "price", "counts", "bounds"):
+            array = getattr(self, name)
+            grown = np.empty((maps, array.shape[1]), dtype=array.dtype)
+            grown[: len(array)] = array
+            setattr(self, name, grown)
+
+    def copy_row(self, source: int, target: int) -> None:
+        """Make one map equal to another."""
+        for array in (self.evidence, self.status, self.price, self.counts, self.bounds):
+            array[target] = array[source]
+
+    def fork(self, m: int) -> OccupancyGrids:
+        """One map of its own, equal to map m now."""
+        one = OccupancyGrids(self.frame, 1, self.model, self._neighbours)
+        for name in ("evidence", "status", "price", "counts", "bounds"):
+            getattr(one, name)[0] = getattr(self, name)[m]
+        return one
 
     def frontier_count(self, m: int) -> int:
         """How many frontier cells map m has."""

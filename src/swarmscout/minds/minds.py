@@ -1,8 +1,7 @@
-"""All robots' minds as a structure of arrays; row i belongs to robot i.
+"""All robots' minds as arrays of records; record i belongs to robot i.
 
-A rule for robot i reads row i of its own state and what i has heard, and nothing else. What it has
-heard stands in tables with a row per *listener*. Under full communication all listeners hear the
-same, so one shared row serves everybody (`listeners == 1`); otherwise each robot has its own.
+A rule for robot i reads its own record and the messages it has heard
+(:mod:`swarmscout.comms`), and nothing else.
 """
 
 from __future__ import annotations
@@ -14,37 +13,32 @@ from numpy.typing import NDArray
 
 from swarmscout.core.enums import EXPLORE
 
-__all__ = [
-    "BEACON",
-    "DESIRED",
-    "DESTINATION",
-    "DUE_AT",
-    "LEADER",
-    "MODE",
-    "NEEDS",
-    "PICK",
-    "SIZE",
-    "STEP",
-    "TARGET",
-    "TEAM",
-    "Minds",
-    "blank_minds",
-]
+__all__ = ["MIND", "Minds", "blank_minds"]
 
-# Columns of a mind's state. The first BEACON columns are what a beacon carries.
-STEP = 0  # when the beacon was sent; -1: never heard
-TEAM = 1  # the team's id
-LEADER = 2  # the robot that leads it
-MODE = 3  # EXPLORE or CHARGE
-SIZE = 4  # members of the team, as the robot knows
-DESIRED = 5  # desired team size
-PICK = 6  # a leader's partner for joining: a robot of the other team, or -1
-DESTINATION = 7  # flat cell of the map, or -1
-BEACON = 8
-TARGET = 8  # private: flat cell that it drives to itself: the destination, or one near it; or -1
-NEEDS = 9  # private: why a new destination is needed, a code of CAUSES
-DUE_AT = 10  # private: the step after which the destination is overdue
-COLUMNS = 11
+MIND = np.dtype(
+    [
+        ("x_m", "f8"),  # believed position
+        ("y_m", "f8"),
+        ("charge", "f8"),  # as a share of the capacity
+        ("heading", "i8"),  # believed, in ticks of 0.1°
+        ("team", "i8"),  # the team's id
+        ("leader", "i8"),  # the robot that leads it
+        ("mode", "i8"),  # EXPLORE or CHARGE
+        ("size", "i8"),  # members of the team, as the robot knows
+        ("desired", "i8"),  # desired team size
+        ("partner", "i8"),  # a leader's choice for joining: a robot of another team, or -1
+        ("destination", "i8"),  # the team's destination: flat cell of the map, or -1
+        ("target", "i8"),  # the cell that the robot itself drives to, or -1
+        ("cause", "i8"),  # why its team needs a destination, a code of CAUSES
+        ("due_at", "i8"),  # the step after which the destination is overdue
+        ("thinks", "?"),  # False: it decides nothing
+        ("sends", "?"),  # False: no other robot hears it
+        ("hears", "?"),  # False: it hears no other robot
+        ("unused", "u1", (5,)),  # no padding, whose bytes copies do not keep
+    ],
+    align=True,
+)
+"""What one robot believes and has decided."""
 
 
 @dataclass(slots=True)
@@ -52,95 +46,74 @@ class Minds:
     """What N robots believe.
 
     Attributes:
-        state: int64[N, 11], columns above.
-        reading: float64[N, 4], own believed x_m, y_m, heading in ticks, and charge as a share.
-        sending: bool[N], False for a robot whose charge is gone: it says and decides nothing.
-        heard_state: int64[K, N, 8], the last beacon heard of each robot, for each listener.
-        heard_reading: float64[K, N, 4], the reading in it.
-        still: int64[K, N], for how many steps a robot has not moved, as far as is known.
+        own: MIND[N].
         avoided: int64[N, 32, 2], cells that the robot's team gave up, and until which step.
         avoided_next: int64[N], the place in `avoided` to be written next.
     """
 
-    state: NDArray[np.int64]
-    reading: NDArray[np.float64]
-    sending: NDArray[np.bool_]
-    heard_state: NDArray[np.int64]
-    heard_reading: NDArray[np.float64]
-    still: NDArray[np.int64]
+    own: NDArray[np.void]
     avoided: NDArray[np.int64]
     avoided_next: NDArray[np.int64]
 
-    @property
-    def robots(self) -> int:
+    def __len__(self) -> int:
         """N."""
-        return len(self.state)
+        return len(self.own)
 
     @property
-    def listeners(self) -> int:
-        """K: 1 if all hear the same, N if each has its own row."""
-        return len(self.heard_state)
-
-    def row(self, robot: int) -> int:
-        """The row of the heard tables (and of the maps) that belongs to a robot."""
-        return robot if self.listeners > 1 else 0
+    def position_m(self) -> NDArray[np.float64]:
+        """float64[N, 2], where robots believe to be (a copy)."""
+        return np.column_stack((self.own["x_m"], self.own["y_m"]))
 
     @property
     def team(self) -> NDArray[np.int64]:
         """int64[N], team ids."""
-        return self.state[:, TEAM]
+        return self.own["team"]
 
     @property
     def leader(self) -> NDArray[np.int64]:
         """int64[N], each robot's leader."""
-        return self.state[:, LEADER]
+        return self.own["leader"]
 
     @property
     def mode(self) -> NDArray[np.int64]:
         """int64[N], EXPLORE or CHARGE."""
-        return self.state[:, MODE]
+        return self.own["mode"]
 
     @property
     def desired(self) -> NDArray[np.int64]:
         """int64[N], desired team sizes."""
-        return self.state[:, DESIRED]
+        return self.own["desired"]
 
     @property
     def destination(self) -> NDArray[np.int64]:
         """int64[N], flat cells or -1."""
-        return self.state[:, DESTINATION]
+        return self.own["destination"]
 
     @property
     def target(self) -> NDArray[np.int64]:
         """int64[N], flat cells that robots drive to themselves, or -1."""
-        return self.state[:, TARGET]
+        return self.own["target"]
+
+    @property
+    def thinking(self) -> NDArray[np.bool_]:
+        """bool[N], False for a robot that decides nothing."""
+        return self.own["thinks"]
 
 
-def blank_minds(robots: int, *, shared: bool) -> Minds:
-    """N robots that are alone, explore, and have heard nothing.
+def blank_minds(robots: int) -> Minds:
+    """N robots that are alone and explore.
 
     Args:
         robots: N.
-        shared: True under full communication: all listeners share one row.
     """
-    listeners = 1 if shared else robots
-    state = np.zeros((robots, COLUMNS), dtype=np.int64)
-    state[:, TEAM] = np.arange(robots)
-    state[:, LEADER] = np.arange(robots)
-    state[:, MODE] = EXPLORE
-    state[:, SIZE] = 1
-    state[:, DESIRED] = 1
-    state[:, PICK] = -1
-    state[:, DESTINATION] = -1
-    state[:, TARGET] = -1
-    heard = np.full((listeners, robots, BEACON), -1, dtype=np.int64)
+    own = np.zeros(robots, dtype=MIND)
+    own["team"] = own["leader"] = np.arange(robots)
+    own["mode"] = EXPLORE
+    own["size"] = own["desired"] = 1
+    own["partner"] = own["destination"] = own["target"] = -1
+    own["thinks"] = own["sends"] = own["hears"] = True
     return Minds(
-        state=state,
-        reading=np.zeros((robots, 4)),
-        sending=np.ones(robots, dtype=np.bool_),
-        heard_state=heard,
-        heard_reading=np.zeros((listeners, robots, 4)),
-        still=np.zeros((listeners, robots), dtype=np.int64),
+        own=own,
         avoided=np.full((robots, 32, 2), -1, dtype=np.int64),
         avoided_next=np.zeros(robots, dtype=np.int64),
     )

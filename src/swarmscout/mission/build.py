@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,19 +15,33 @@ from swarmscout.core.errors import ScenarioError, WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.language_model import Model
 from swarmscout.core.registry import IN_MEMORY, rule_name
+from swarmscout.core.scan import Scan
 from swarmscout.core.streams import stream
 from swarmscout.destinations.asking import AskingSelector
 from swarmscout.destinations.grid_kernels import CELL_BITS
 from swarmscout.destinations.registry import SELECTORS
-from swarmscout.destinations.selection import Destinations
+from swarmscout.destinations.selection import Destinations, Setting
 from swarmscout.destinations.selector import Selector
 from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS, ModelSettings
+from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
+from swarmscout.mapping.occupancy import OccupancyGrids
+from swarmscout.mapping.scan_evidence import inverse_model, rays_per_beam
+from swarmscout.mission.metrics import Judge, map_truth
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.costs import RouteCosts
-from swarmscout.planning.routes import Planner
+from swarmscout.planning.routes import Planner, Vehicle
+from swarmscout.robots.battery import CHARGER
 from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
+from swarmscout.robots.motion import Motion
+from swarmscout.robots.radio.parameters import radio_parameters
+from swarmscout.robots.radio.radio import Radio, ScriptedRadio
+from swarmscout.robots.radio.registry import RADIOS
+from swarmscout.robots.sensors.parameters import sensor_parameters
+from swarmscout.robots.sensors.registry import SENSORS
+from swarmscout.robots.sensors.sensor import Sensing, Sensor
 from swarmscout.teams.desired_size import DesiredSizes
+from swarmscout.teams.formation import TeamFormation
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.teams.registry import POLICIES
 from swarmscout.worlds.checks import check_world
@@ -42,30 +57,45 @@ __all__ = [
     "complete",
     "make_asker",
     "make_bodies",
+    "make_charger",
     "make_desired_sizes",
     "make_destinations",
+    "make_formation",
     "make_frame",
+    "make_grids",
     "make_ground",
+    "make_judge",
+    "make_log",
     "make_mesh",
     "make_model",
+    "make_motion",
     "make_planner",
+    "make_radio",
+    "make_sensing",
     "return_reserve",
 ]
 
 
 def complete(
-    scenario: object, seed: int | None, selector: object = None, policy: object = None
+    scenario: object,
+    seed: int | None,
+    selector: object = None,
+    policy: object = None,
+    sensor: object = None,
+    radio: object = None,
 ) -> Scenario:
     """A scenario with what a mission was given besides.
 
     Args:
         scenario: what is run. seed: instead of its own. selector: instead of its ``destinations``.
-        policy: instead of its ``teams.policy``.
+        policy: instead of its ``teams.policy``. sensor: instead of its ``sensor``.
+        radio: instead of its ``radio``.
 
     Raises:
         ScenarioError: this is no scenario, or the seed is impossible.
         SelectorError: the selector is an object of another kind.
         PolicyError: the policy is.
+        SensorError: the sensor is.
     """
     if not isinstance(scenario, Scenario):
         example = f"world={scenario!r}" if isinstance(scenario, str) else "robots=15"
@@ -81,6 +111,12 @@ def complete(
         POLICIES.check_object(policy)
         teams = {**scenario.teams.model_dump(), "policy": IN_MEMORY + type(policy).__name__}
         changes |= {"teams": teams, "policy": {}}
+    if sensor is not None:
+        SENSORS.check_object(sensor)
+        changes |= {"sensor": {"model": IN_MEMORY + type(sensor).__name__}}
+    if radio is not None:
+        RADIOS.check_object(radio)
+        changes |= {"radio": {"model": IN_MEMORY + type(radio).__name__}}
     return Scenario(**{**scenario.model_dump(), **changes}) if changes else scenario
 
 
@@ -129,7 +165,7 @@ def make_bodies(world: World, scenario: Scenario) -> Bodies:
     share = stream(seed, "charge").uniform(battery.start_min, battery.start_max, robots)
     # A mission's first step spends one step's charge: nobody starts with less.
     charge = np.maximum(share * battery.capacity_steps, min(2.0, battery.capacity_steps))
-    return place_bodies(position, heading, charge)
+    return place_bodies(position, heading, charge, seed=seed, radius_m=scenario.body.radius_m)
 
 
 def make_ground(world: World, scenario: Scenario) -> World:
@@ -172,58 +208,155 @@ def make_mesh(world: World, scenario: Scenario) -> Mesh | None:
     return mesh
 
 
+def make_sensing(
+    scenario: Scenario,
+    base: Path | None,
+    sensor: Sensor | None,
+    bodies: Bodies,
+    world: World,
+    ground: World,
+) -> Sensing:
+    """The range sensor, asked once.
+
+    Args:
+        scenario: which sensor. base: folder for its file. sensor: the sensor itself, if at hand.
+        bodies: the mission's robots.
+        world: the mission's world. ground: the same for these bodies, see :func:`make_ground`.
+
+    Raises:
+        SensorError: there is no such sensor, it does not take the scenario's parameters, or it
+            failed.
+        ScenarioError: it needs a mesh, and the world has none.
+        WorldError: the mesh cannot be made.
+    """
+    mesh = make_mesh(world, scenario)
+    seen = ground if mesh is None or ground.mesh is mesh else replace(ground, mesh=mesh)
+    if sensor is None:
+        parameters = sensor_parameters(scenario.sensor)
+        sensor = SENSORS.make(scenario.sensor.model, parameters, base)
+    name = rule_name(scenario.sensor.model).removeprefix(IN_MEMORY)
+    return Sensing(sensor, name, bodies, seen)
+
+
 def make_planner(
     scenario: Scenario,
     frame: GridFrame,
-    maps: int,
-    model: InverseSensorModel,
     stations_m: NDArray[np.float64],
-    headings: NDArray[np.float64],
 ) -> Planner:
-    """The routes' planner for a number of maps."""
+    """Plans and follows routes."""
     cell_mm = 1000.0 * frame.cell_m
     costs = RouteCosts(
         straight=round(cell_mm),
         diagonal=round(cell_mm * math.sqrt(2.0)),
         base=1000 if scenario.routes.cost == "length" else 0,
-        least=int(model.permille()[0]),
+        least=int(make_model(scenario).permille()[0]),
     )
     dock_m = max(0.5 * scenario.battery.station_range_m, scenario.battery.station_range_m - 0.1)
-    return Planner(
-        frame, scenario.robots, maps, costs, stations_m, dock_m, headings,
-        to_ticks(scenario.body.turn_deg), scenario.body.forward_m, scenario.body.radius_m,
-    )  # fmt: skip
+    body = scenario.body
+    vehicle = Vehicle(
+        body.radius_m, body.forward_m, to_ticks(body.turn_deg), dock_m, heading_table()
+    )
+    return Planner(frame, scenario.robots, costs, stations_m, vehicle)
 
 
 def make_destinations(
-    scenario: Scenario, base: Path | None, selector: Selector | None = None
+    scenario: Scenario,
+    frame: GridFrame,
+    base: Path | None,
+    selector: Selector | None = None,
 ) -> Destinations:
     """The rule that chooses destinations, and when it is asked.
 
     Args:
-        scenario: which rule. base: folder for its file. selector: the rule itself, if at hand.
+        scenario: which rule. frame: the occupancy grids'. base: folder for its file.
+        selector: the rule itself, if at hand.
 
     Raises:
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
     """
-    renewal, name = scenario.renewal, scenario.destinations
-    return Destinations(
-        _fitting(selector or SELECTORS.make(name, scenario.selector, base), scenario),
-        rule_name(name),
-        seed=scenario.seed,
-        robots=scenario.robots,
-        headings=heading_table(),
-        forward_m=scenario.body.forward_m,
-        reach_m=renewal.reach_m,
-        stale_rule=renewal.rule == "stale",
-        overdue=(renewal.overdue_factor, renewal.overdue_steps),
-        avoid_steps=renewal.avoid_steps,
-        latency_steps=scenario.llm.latency_steps,
-        team_position=scenario.teams.position,
-        fan=(scenario.teams.fan_m, scenario.teams.fan_apart_m, scenario.teams.fan_turn_m)
-        if scenario.teams.members == "fan"
-        else None,
+    name = scenario.destinations
+    rule = _fitting(selector or SELECTORS.make(name, scenario.selector, base), scenario)
+    setting = Setting(
+        scenario.seed,
+        scenario.robots,
+        frame,
+        heading_table(),
+        scenario.body.forward_m,
+        scenario.llm.latency_steps,
+        scenario.teams.position == "center",
     )
+    return Destinations(rule, rule_name(name), scenario.renewal, scenario.teams, setting)
+
+
+def make_radio(
+    scenario: Scenario,
+    base: Path | None,
+    radio: Radio | None = None,
+    links: Callable[[int], Any] | None = None,
+) -> Radio:
+    """The radio that says who hears whom.
+
+    Args:
+        scenario: which radio. base: folder for its file. radio: the radio itself, if at hand.
+        links: a function of the step that says who hears whom, instead.
+
+    Raises:
+        ScenarioError: there is no such radio, or it does not take the scenario's parameters.
+    """
+    if links is not None:
+        return ScriptedRadio(links)
+    if radio is not None:
+        return radio
+    return RADIOS.make(scenario.radio.model, radio_parameters(scenario.radio), base)
+
+
+def make_formation(scenario: Scenario) -> TeamFormation:
+    """Forms teams."""
+    return TeamFormation(scenario.robots, scenario.teams)
+
+
+def make_motion(ground: World, scenario: Scenario) -> Motion:
+    """Moves bodies."""
+    body = scenario.body
+    return Motion(
+        ground, scenario.robots, body.radius_m, body.forward_m, to_ticks(body.turn_deg),
+        heading_table(),
+    )  # fmt: skip
+
+
+def make_log(
+    scenario: Scenario, resolution_m: float, frame: GridFrame, scan: Scan
+) -> tuple[EvidenceLog, NDArray[Any]]:
+    """Blank logs of evidence, and the inverse sensor model that fills them.
+
+    Args:
+        scenario: which bodies. resolution_m: of the world's raster. frame: the occupancy grids'.
+        scan: any scan of the sensor.
+    """
+    body = scenario.body
+    reach_m = max(scan.max_range_m, body.radius_m + body.forward_m + resolution_m) + 0.5
+    rays = len(scan.directions) * rays_per_beam(scan, frame.cell_m)[0]
+    log = EvidenceLog(scenario.robots, rays, reach_m, frame.cell_m)
+    return log, inverse_model(scan, make_model(scenario), frame, heading_table(), log.reach)
+
+
+def make_grids(scenario: Scenario, frame: GridFrame) -> OccupancyGrids:
+    """One blank occupancy grid."""
+    return OccupancyGrids(frame, 1, make_model(scenario), scenario.map.frontier_neighbours)
+
+
+def make_judge(ground: World, scenario: Scenario, frame: GridFrame, bodies: Bodies) -> Judge:
+    """Judges what the mission achieves."""
+    body, model = scenario.body, make_model(scenario)
+    truth = map_truth(ground, frame, body.radius_m)
+    return Judge(truth, bodies, body.forward_m, (model.lowest, model.highest))
+
+
+def make_charger(scenario: Scenario) -> NDArray[np.void]:
+    """CHARGER[1], see ``robots.battery``."""
+    battery = scenario.battery
+    values = battery.capacity_steps, battery.charge_per_step, battery.station_range_m
+    return np.array([values], dtype=CHARGER)
 
 
 def make_desired_sizes(

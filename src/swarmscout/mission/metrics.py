@@ -19,39 +19,45 @@ from swarmscout.core.enums import (
     FREE,
     JOIN,
     LEAVE,
-    LEFT,
     NO_CONTACT,
     OCCUPIED,
-    RIGHT,
 )
 from swarmscout.core.enums import CONTACT as CONTACT_EVENT
 from swarmscout.core.enums import MODE as MODE_EVENT
+from swarmscout.core.events import EventLog, note
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.jit import kernel
 from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.occupancy import LABEL_BITS, OccupancyGrids
-from swarmscout.minds.minds import LEADER, MODE, Minds
+from swarmscout.minds.minds import Minds
 from swarmscout.robots.bodies import Bodies
 from swarmscout.worlds.reachability import reachable
 from swarmscout.worlds.world import World
 
-__all__ = ["Judge", "MapTruth", "judge_step", "map_truth"]
+__all__ = ["Judge", "MapTruth", "map_truth"]
 
-# Columns of a judge's tally.
-EXPLORED = 0  # raster cells
-SEEN = 1  # map cells that any robot's sensor has covered
-OVERLAP = 2  # those that more than one robot's has
-FORWARD_MOVES = 3
-TURNS = 4
-BLOCKED = 5
-ALIVE_STEPS = 6
-TEAMS = 7  # teams now
-CHARGING = 8  # robots in CHR mode now
-MOVING = 9  # robots that are not stranded now
-JOINS = 10
-LEAVES = 11
-CHARGES = 12  # robots that left CHR mode
-TALLY = 13
+TALLY = np.dtype(
+    [
+        ("explored", "i8"),  # raster cells
+        ("seen", "i8"),  # map cells that any robot's sensor has covered
+        ("overlap", "i8"),  # those that more than one robot's has
+        ("forward_moves", "i8"),
+        ("turns", "i8"),
+        ("blocked", "i8"),
+        ("robot_steps", "i8"),  # of robots that could act
+        ("teams", "i8"),  # teams now
+        ("charging", "i8"),  # robots in CHR mode now
+        ("mobile", "i8"),  # robots that can drive now
+        ("alive", "i8"),  # robots with charge now
+        ("joins", "i8"),
+        ("leaves", "i8"),
+        ("charges", "i8"),  # robots that left CHR mode
+    ]
+)
+"""What a judge counts."""
+
+GROUND = np.dtype([("first_seen", "i8"), ("reachable", "i8"), ("ever_free", "?")], align=True)
+"""A map cell: which robot saw it first (-1: none, -2: several), its raster cells, ever free."""
 
 
 @dataclass(frozen=True)
@@ -106,86 +112,91 @@ def map_truth(world: World, frame: GridFrame, radius_m: float) -> MapTruth:
 
 
 @kernel
-def judge_step(  # type: ignore[no-untyped-def]
-    cells, low, high, first_seen, touched, before, n_touched, evidence, status, ever_free,
-    reachable_cells, lowest, highest, action, contact, touched_robot, acting, sending, state,
-    tally, change_cells, change_log_odds, events, count,
-):  # fmt: skip
-    """Count one step.
+def judge_map(cells, low, high, ground, touched, before, evidence, status, limits, tally, changed):  # type: ignore[no-untyped-def]
+    """Count what a step added to the swarm's map.
 
     Args:
         cells: int64[N, capacity]; low, high: int64[N]: this step's entries of each robot's log.
-        first_seen: int64[C], -1: nobody; -2: more than one; else who saw a cell.
-        touched: int64[C] and before: int64[C]: of the swarm's map, the first n_touched count.
+        ground: GROUND[C].
+        touched, before: int64[n], cells of the swarm's map that were named, and their evidence.
         evidence: int64[C], status: uint8[C']: the swarm's map.
-        ever_free: bool[C]; reachable_cells: int64[C].
-        lowest, highest: saturation of log-odds when read.
-        action, contact, touched_robot: int64[N]; acting: bool[N], alive when it acted;
-            sending: bool[N]; state: int64[N, columns].
-        tally: int64[TALLY], written.
-        change_cells, change_log_odds: int64[C], written: what changed as read.
-        events, count: see ``core.codes``; contacts are appended.
+        limits: int64[2], saturation of log-odds when read.
+        tally: TALLY[1], written.
+        changed: int64[2, C], written: cells that changed as read, and their log-odds.
 
     Returns:
         How many cells changed as read.
     """
-    for e in range(count[0]):
-        kind = events[e, 0]
+    count = tally[0]
+    for k in range(cells.shape[0]):
+        for e in range(low[k], high[k]):
+            cell = ground[cells[k, e]]
+            if cell.first_seen == -1:
+                cell.first_seen = k
+                count.seen += 1
+            elif cell.first_seen >= 0 and cell.first_seen != k:
+                cell.first_seen = -2
+                count.overlap += 1
+    changes = 0
+    for t in range(touched.shape[0]):
+        at = touched[t]
+        now = min(limits[1], max(limits[0], evidence[at]))
+        if now != min(limits[1], max(limits[0], before[t])):
+            changed[0, changes] = at
+            changed[1, changes] = now
+            changes += 1
+        if status[at] & LABEL_BITS == FREE and not ground[at].ever_free:
+            ground[at].ever_free = True
+            count.explored += ground[at].reachable
+    return changes
+
+
+@kernel
+def judge_robots(own, can, alive, action, touch, position, heading, before, tally, events):  # type: ignore[no-untyped-def]
+    """Count what robots did in a step: by how they moved, not by what they meant to do.
+
+    Args:
+        own: MIND[N]; can: CAPABILITIES[N]; alive: bool[N]; action: int64[N]; touch: TOUCH[N].
+        position: float64[N, 2], heading: int64[N]: after the step.
+        before: float64[N, 3], position and heading before it; written: after it.
+        tally: TALLY[1], written; events: see ``EventLog``; contacts are appended.
+    """
+    count = tally[0]
+    for e in range(1, events[0].value + 1):
+        kind = events[e].kind
         if kind == LEAVE:
-            tally[LEAVES] += 1
+            count.leaves += 1
         elif kind == MODE_EVENT:
-            tally[CHARGES] += events[e, 2] != CHARGE
+            count.charges += events[e].other != CHARGE
         elif kind == JOIN:
             # Every member has an event; the new team is one.
             new = 1
-            for earlier in range(e):
-                if events[earlier, 0] == JOIN and events[earlier, 3] == events[e, 3]:
+            for earlier in range(1, e):
+                if events[earlier].kind == JOIN and events[earlier].value == events[e].value:
                     new = 0
                     break
-            tally[JOINS] += new
-    for k in range(cells.shape[0]):
-        for e in range(low[k], high[k]):
-            cell = cells[k, e]
-            if first_seen[cell] == -1:
-                first_seen[cell] = k
-                tally[SEEN] += 1
-            elif first_seen[cell] >= 0 and first_seen[cell] != k:
-                first_seen[cell] = -2
-                tally[OVERLAP] += 1
-    changes = 0
-    for t in range(n_touched):
-        cell = touched[t]
-        now = min(highest, max(lowest, evidence[cell]))
-        if now != min(highest, max(lowest, before[t])):
-            change_cells[changes] = cell
-            change_log_odds[changes] = now
-            changes += 1
-        if status[cell] & LABEL_BITS == FREE and not ever_free[cell]:
-            ever_free[cell] = True
-            tally[EXPLORED] += reachable_cells[cell]
-    tally[TEAMS] = 0
-    tally[CHARGING] = 0
-    tally[MOVING] = 0
-    for i in range(state.shape[0]):
-        if acting[i]:
-            tally[ALIVE_STEPS] += 1
-            if action[i] == LEFT or action[i] == RIGHT:
-                tally[TURNS] += 1
-            elif action[i] == FORWARD:
-                if contact[i] == NO_CONTACT:
-                    tally[FORWARD_MOVES] += 1
-                else:
-                    tally[BLOCKED] += 1
-                    events[count[0], 0] = CONTACT_EVENT
-                    events[count[0], 1] = i
-                    events[count[0], 2] = contact[i]
-                    events[count[0], 3] = touched_robot[i]
-                    count[0] += 1
-        if sending[i]:
-            tally[MOVING] += 1
-            tally[CHARGING] += state[i, MODE] == CHARGE
-            tally[TEAMS] += state[i, LEADER] == i and state[i, MODE] != CHARGE
-    return changes
+            count.joins += new
+    count.teams = 0
+    count.charging = 0
+    count.mobile = 0
+    count.alive = 0
+    for i in range(own.shape[0]):
+        if position[i, 0] != before[i, 0] or position[i, 1] != before[i, 1]:
+            count.forward_moves += 1
+        elif heading[i] != before[i, 2]:
+            count.turns += 1
+        elif own[i].thinks and action[i] == FORWARD and touch[i].kind != NO_CONTACT:
+            count.blocked += 1
+            note(events, CONTACT_EVENT, i, touch[i].kind, touch[i].robot)
+        before[i, 0] = position[i, 0]
+        before[i, 1] = position[i, 1]
+        before[i, 2] = heading[i]
+        count.alive += alive[i]
+        if own[i].thinks:
+            count.robot_steps += 1
+            count.mobile += can[i].drive
+            count.charging += own[i].mode == CHARGE
+            count.teams += own[i].leader == i and own[i].mode != CHARGE
 
 
 class Judge:
@@ -194,50 +205,62 @@ class Judge:
     Attributes:
         truth: what lies behind each cell of the map.
         area_m2: list of explored areas, one per step; [0] is before the first step.
+
+    Args:
+        truth: see above.
+        bodies: where robots start.
+        forward_m: length of a move.
+        limits: saturation of log-odds when read, in 1/1000 nat.
     """
 
-    def __init__(self, truth: MapTruth, robots: int, forward_m: float) -> None:
+    def __init__(
+        self, truth: MapTruth, bodies: Bodies, forward_m: float, limits: tuple[int, int]
+    ) -> None:
         size = len(truth.reachable)
         self.truth = truth
         self.area_m2: list[float] = [0.0]
         self.reachable_m2 = truth.reachable_m2
         self._forward_m = forward_m
-        self._robots = robots
-        self._first_seen = np.full(size, -1, dtype=np.int64)
-        self._ever_free = np.zeros(size, dtype=np.bool_)
-        self._tally = np.zeros(TALLY, dtype=np.int64)
-        self._tally[MOVING] = robots
-        self._change_cells = np.zeros(size, dtype=np.int64)
-        self._change_log_odds = np.zeros(size, dtype=np.int64)
+        self._robots = len(bodies.alive)
+        self._limits = np.array(limits, dtype=np.int64)
+        self._ground = np.zeros(size, dtype=GROUND)
+        self._ground["first_seen"] = -1
+        self._ground["reachable"] = truth.reachable
+        self._before = np.column_stack((bodies.position, bodies.heading)).astype(np.float64)
+        self._tally = np.zeros(1, dtype=TALLY)
+        self._tally["mobile"] = self._tally["alive"] = self._robots
+        self._changed = np.zeros((2, size), dtype=np.int64)
 
-    def judge(
-        self,
-        bodies: Bodies,
-        minds: Minds,
-        action: NDArray[np.int64],
-        acting: NDArray[np.bool_],
-        log: EvidenceLog,
-        since: NDArray[np.int64],
-        swarm: OccupancyGrids,
-        n_touched: int,
-        events: NDArray[np.int64],
-        count: NDArray[np.int64],
+    def judge_map(
+        self, log: EvidenceLog, since: NDArray[np.int64], swarm: OccupancyGrids
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Count one step.
+        """Count what a step added to the swarm's map.
+
+        Args:
+            log: every robot's evidence.
+            since: int64[N], the first entry of each that is new.
+            swarm: the map that all logs together make, just updated.
 
         Returns:
             Flat cells of the swarm's map that changed as read, and their log-odds (views that the
             next step overwrites).
         """
-        changes = judge_step(
-            log.cells, since, log.length, self._first_seen, swarm.touched, swarm.before, n_touched,
-            swarm.evidence[0], swarm.status[0], self._ever_free, self.truth.reachable,
-            swarm.model.lowest, swarm.model.highest, action, bodies.contact, bodies.touched, acting,
-            minds.sending, minds.state, self._tally, self._change_cells, self._change_log_odds,
-            events, count,
+        n = swarm.touched_count
+        changes = judge_map(
+            log.cells, since, log.length, self._ground, swarm.touched[:n], swarm.before[:n],
+            swarm.evidence[0], swarm.status[0], self._limits, self._tally, self._changed,
         )  # fmt: skip
-        self.area_m2.append(int(self._tally[EXPLORED]) * self.truth.raster_cell_m2)
-        return self._change_cells[:changes], self._change_log_odds[:changes]
+        self.area_m2.append(int(self._tally[0]["explored"]) * self.truth.raster_cell_m2)
+        return self._changed[0, :changes], self._changed[1, :changes]
+
+    def judge_robots(
+        self, bodies: Bodies, minds: Minds, action: NDArray[np.int64], events: EventLog
+    ) -> None:
+        """Count what robots did in a step."""
+        judge_robots(
+            minds.own, bodies.can, bodies.alive, action, bodies.touch, bodies.position,
+            bodies.heading, self._before, self._tally, events.rows,
+        )  # fmt: skip
 
     @property
     def explored_m2(self) -> float:
@@ -245,32 +268,37 @@ class Judge:
         return self.area_m2[-1]
 
     @property
-    def moving(self) -> int:
-        """Robots that are not stranded."""
-        return int(self._tally[MOVING])
+    def mobile(self) -> int:
+        """Robots that can drive."""
+        return int(self._tally[0]["mobile"])
+
+    @property
+    def stranded(self) -> int:
+        """Robots without charge."""
+        return self._robots - int(self._tally[0]["alive"])
 
     def coverage(self, swarm: OccupancyGrids) -> dict[str, float | int]:
         """One row of the table ``coverage``."""
         counts = swarm.counts[0].tolist()
-        tally = self._tally.tolist()
+        tally = self._tally[0]
         return {
             "explored_m2": self.area_m2[-1],
             "explored_fraction": self.area_m2[-1] / self.reachable_m2,
             "known_cells": counts[1] + counts[2],
             "frontier_cells": counts[3],
-            "teams": tally[TEAMS],
-            "charging": tally[CHARGING],
-            "stranded": self._robots - tally[MOVING],
+            "teams": int(tally["teams"]),
+            "charging": int(tally["charging"]),
+            "stranded": self.stranded,
         }
 
     def summary(self, minds: Minds, swarm: OccupancyGrids) -> dict[str, Any]:
         """The judged part of a mission's summary, see docs/recordings.md."""
-        tally = self._tally
+        tally = self._tally[0]
         area = np.array(self.area_m2)
         fraction = area / self.reachable_m2
         steps = len(area) - 1
-        robot_steps = max(1, int(tally[ALIVE_STEPS]))
-        leaders = minds.leader[minds.sending & (minds.mode != CHARGE)]
+        robot_steps = max(1, int(tally["robot_steps"]))
+        leaders = minds.leader[minds.thinking & (minds.mode != CHARGE)]
         sizes = np.unique(leaders, return_counts=True)[1]
         return {
             "explored_m2": float(area[-1]),
@@ -281,16 +309,16 @@ class Judge:
                 f"{share}%": _first(fraction >= share / 100 - 1e-12)
                 for share in (50, 75, 90, 95, 99)
             },
-            "overlap_ratio": float(tally[OVERLAP] / max(1, tally[SEEN])),
-            "distance_m": float(tally[FORWARD_MOVES] * self._forward_m),
-            "forward_share": float(tally[FORWARD_MOVES] / robot_steps),
-            "turn_share": float(tally[TURNS] / robot_steps),
-            "blocked_share": float(tally[BLOCKED] / robot_steps),
-            "joins": int(tally[JOINS]),
-            "leaves": int(tally[LEAVES]),
+            "overlap_ratio": float(tally["overlap"] / max(1, tally["seen"])),
+            "distance_m": float(tally["forward_moves"] * self._forward_m),
+            "forward_share": float(tally["forward_moves"] / robot_steps),
+            "turn_share": float(tally["turns"] / robot_steps),
+            "blocked_share": float(tally["blocked"] / robot_steps),
+            "joins": int(tally["joins"]),
+            "leaves": int(tally["leaves"]),
             "teams": sorted((int(size) for size in sizes), reverse=True),
-            "charges": int(tally[CHARGES]),
-            "stranded": self._robots - self.moving,
+            "charges": int(tally["charges"]),
+            "stranded": self.stranded,
             **self._map_accuracy(swarm),
         }
 

@@ -10,27 +10,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.comms.beacons import exchange_beacons
+from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import CHARGE
 from swarmscout.core.errors import ScenarioError
+from swarmscout.core.events import EventLog
 from swarmscout.core.language_model import Model
+from swarmscout.core.links import Links
 from swarmscout.core.recorder import Decision, Recorder, StepRecord
+from swarmscout.core.scan import Scan
 from swarmscout.core.version import package_version
 from swarmscout.destinations.selector import Selector
-from swarmscout.mapping.evidence import EvidenceLog, observe
-from swarmscout.mapping.exchange import exchange_evidence, share_evidence
-from swarmscout.mapping.occupancy import BeliefView, OccupancyGrids
-from swarmscout.minds.minds import DESIRED, blank_minds
+from swarmscout.mapping.occupancy import BeliefView
+from swarmscout.mapping.scan_evidence import observe
+from swarmscout.minds.minds import blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import build
-from swarmscout.mission.metrics import Judge, map_truth
 from swarmscout.mission.scenario import Scenario
-from swarmscout.mission.sensing import Senses
-from swarmscout.mission.validation import HandCheck, checked_function, checked_links
+from swarmscout.mission.validation import HandCheck
 from swarmscout.robots.battery import spend_or_charge
-from swarmscout.robots.bodies import heading_table, to_ticks
-from swarmscout.robots.motion import Neighbourhood, carry_out
-from swarmscout.teams.formation import Tally, reorganize
+from swarmscout.robots.localization import Localization
+from swarmscout.robots.radio.full import Full
+from swarmscout.robots.radio.radio import Radio, links_now
+from swarmscout.robots.sensors.sensor import Sensor
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.catalogue import load_world
 from swarmscout.worlds.placement import place_stations
@@ -38,10 +39,8 @@ from swarmscout.worlds.world import World
 
 __all__ = ["RULES_VERSION", "Mission"]
 
-RULES_VERSION = 1
+RULES_VERSION = 2
 """Goes up when behaviour changes on purpose, so that old results are not compared with new ones."""
-
-Links = Callable[[int], NDArray[np.bool_]]
 
 
 class Mission:
@@ -52,20 +51,23 @@ class Mission:
         seed: overrides the scenario's.
         world: overrides the scenario's; a world that was loaded or made before.
         recorder: keeps what happens; without one nothing is written.
-        links: who hears whom: a step to bool[N, N]. Then each robot keeps a map of its own. By
-            default everybody hears everybody, and one map serves all (paper, "Robot model").
+        links: who hears whom, instead of the scenario's radio: a step to bool[N, N].
         base: folder for relative paths of the scenario, besides the working directory.
         selector: overrides the scenario's ``destinations``; an object with a method ``choose``.
         policy: overrides the scenario's ``teams.policy``; an object with a method ``desired``.
+        sensor: overrides the scenario's ``sensor``; an object with a method ``scan``.
+        radio: overrides the scenario's ``radio``; an object with a method ``links``.
         model: answers a selector that asks a language model; None: what the scenario's section
             ``llm`` and the environment name.
 
     Attributes:
         scenario, world: what is run, and where; they do not change.
         bodies: the truth about the robots (:class:`~swarmscout.robots.bodies.Bodies`).
-        minds: what robots believe, row i of robot i (:class:`~swarmscout.minds.minds.Minds`).
+        minds: what robots believe, record i of robot i (:class:`~swarmscout.minds.minds.Minds`).
+        knowledge: what they have heard, and their maps
+            (:class:`~swarmscout.comms.knowledge.Knowledge`).
         map, map_of: what the swarm knows together, and what one robot knows.
-        own_maps: whether each robot keeps a map of its own (`links` were given).
+        own_maps: whether maps of robots can differ.
         stations_m: float64[k, 2], charging stations.
         step_number: steps made so far. explored_m2: area explored so far.
         done, end_reason: whether the mission is over, and why (None until then).
@@ -87,79 +89,59 @@ class Mission:
         seed: int | None = None,
         world: World | None = None,
         recorder: Recorder | None = None,
-        links: Links | None = None,
+        links: Callable[[int], Any] | None = None,
         base: Path | None = None,
         selector: Selector | None = None,
         policy: DesiredSizePolicy | None = None,
+        sensor: Sensor | None = None,
+        radio: Radio | None = None,
         model: Model | None = None,
     ) -> None:
-        scenario = build.complete(scenario, seed, selector, policy)
-        if world is None:
-            world = load_world(scenario.world, seed=scenario.world_seed, base=base)
-        world = load_world(world)  # Of any other kind of argument it says what is wrong.
-        self.scenario = scenario
-        self.world = world
-        self.base = base
-        self.destinations = build.make_destinations(scenario, base, selector)
+        scenario = build.complete(scenario, seed, selector, policy, sensor, radio)
+        # Of any other kind of argument than a world or its name, loading says what is wrong.
+        place = scenario.world if world is None else world
+        self.world = load_world(place, seed=scenario.world_seed, base=base)
+        self.scenario, self.base = scenario, base
+        self.frame = build.make_frame(self.world, scenario)
+        # What the world is for these bodies: they do not drive where it is too steep.
+        self._ground = ground = build.make_ground(self.world, scenario)
+        self.stations_m = place_stations(ground, scenario.robots)
+        # Bodies: the truth about robots.
+        self.bodies = build.make_bodies(ground, scenario)
+        self.sensing = build.make_sensing(scenario, base, sensor, self.bodies, self.world, ground)
+        body = scenario.body
+        self.localization = Localization(body.position_noise_m, body.heading_noise_deg)
+        self.radio = build.make_radio(scenario, base, radio, links)
+        self.motion = build.make_motion(ground, scenario)
+        self.action = np.zeros(scenario.robots, dtype=np.int64)
+        # Minds: what robots believe, have heard, and decide by.
+        self.minds = blank_minds(scenario.robots)
+        self.minds.own["desired"] = scenario.teams.desired_size
+        self.log, self._scan_model = build.make_log(
+            scenario, self.world.resolution_m, self.frame, self.sensing.last
+        )
+        self.knowledge = Knowledge(scenario.robots, build.make_grids(scenario, self.frame))
+        self.sizes = build.make_desired_sizes(scenario, base, policy)
+        self.formation = build.make_formation(scenario)
+        self.destinations = build.make_destinations(scenario, self.frame, base, selector)
         self.asker = build.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
-        self.sizes = build.make_desired_sizes(scenario, base, policy)
-        # What the world is for these bodies: they do not drive where it is too steep.
-        self._ground = ground = build.make_ground(world, scenario)
-        self.stations_m = place_stations(ground, scenario.robots)
-        self.frame = build.make_frame(world, scenario)
-        self.bodies = build.make_bodies(ground, scenario)
-
-        robots = scenario.robots
-        shared = links is None
-        self.own_maps = not shared
-        self.headings = heading_table()
-        mesh = build.make_mesh(world, scenario)
-        self.senses = Senses(scenario, ground, self.headings, mesh)
-        self.minds = blank_minds(robots, shared=shared)
-        self.minds.state[:, DESIRED] = scenario.teams.desired_size
-        evidence_model = build.make_model(scenario)
-        neighbours = scenario.map.frontier_neighbours
-        self.grids = OccupancyGrids(self.frame, 1 if shared else robots, evidence_model, neighbours)
-        # What the swarm as a whole knows: the shared map, or all logs together, for judging.
-        self.swarm = (
-            self.grids if shared else OccupancyGrids(self.frame, 1, evidence_model, neighbours)
-        )
-        sensor, body = scenario.sensor, scenario.body
-        reach_m = max(sensor.range_m, body.radius_m + body.forward_m + world.resolution_m) + 0.5
-        self.log = EvidenceLog(robots, sensor.rays, reach_m, self.frame.cell_m, keep=not shared)
-        self.known = np.zeros((robots, robots) if not shared else (1, 1), dtype=np.int64)
-        self.planner = build.make_planner(
-            scenario,
-            self.frame,
-            1 if shared else robots,
-            evidence_model,
-            self.stations_m,
-            self.headings,
-        )
-        self.judge = Judge(
-            map_truth(ground, self.frame, scenario.body.radius_m), robots, scenario.body.forward_m
-        )
+        self.planner = build.make_planner(scenario, self.frame, self.stations_m)
+        self._charger = build.make_charger(scenario)
+        self._return_reserve = build.return_reserve(scenario)
+        # Judging. While one map serves all robots, it is the swarm's.
+        self.swarm = self.knowledge.grids
+        self.judge = build.make_judge(ground, scenario, self.frame, self.bodies)
+        self.events = EventLog(scenario.robots)
+        self.decisions: list[Decision] = []
         self.step_number = 0
         self.end_reason: str | None = None
-        self.action = np.zeros(robots, dtype=np.int64)
-        self.events = np.zeros((8 * robots + 16, 4), dtype=np.int64)
-        self._count = np.zeros(1, dtype=np.int64)
         self._hand_check = HandCheck(ground, self.frame.size)
-        self._links = checked_function(links)
-        self._no_links = np.zeros((1, 1), dtype=np.bool_)
-        self._tally = Tally(robots)
-        self._near = Neighbourhood(world.extent, robots, body.radius_m, body.forward_m)
-        self._turn_ticks = to_ticks(body.turn_deg)
-        teams = scenario.teams
-        self._team_rules = teams.d_join_m, teams.silence_steps, teams.leave_rule
-        self._return_reserve = build.return_reserve(scenario)
-        self.decisions: list[Decision] = []
         self._recorder = recorder
         if recorder is not None:
             recorder.begin(self)
             nothing = np.zeros(0, dtype=np.int64)
-            recorder.record(self._record([], nothing, nothing, {"step": 0.0, "decide": 0.0}))
+            recorder.record(self._record((nothing, nothing), {"step": 0.0, "decide": 0.0}))
 
     def __repr__(self) -> str:
         scenario, state = self.scenario, f"over: {self.end_reason}" if self.done else "running"
@@ -175,47 +157,43 @@ class Mission:
         Raises:
             SelectorError: the selector failed.
             PolicyError: the policy failed.
-            ScenarioError: the mission is over, or something impossible was written into it.
+            SensorError: the sensor failed.
+            ScenarioError: the mission is over, its radio failed, or something impossible was
+                written into it.
         """
-        if self.done:
-            raise ScenarioError(f"the mission is over: {self.end_reason}")
         started = perf_counter()
-        self._hand_check.before(self.bodies, self.minds)
-        self.step_number += 1
-        self._count[0] = 0
-        step, minds, bodies, body = self.step_number, self.minds, self.bodies, self.scenario.body
-        links, news = self._links_now(), (self.events, self._count)
+        self._begin()
+        step, minds, bodies, events = self.step_number, self.minds, self.bodies, self.events
+        knowledge, planner = self.knowledge, self.planner
 
-        # "Robot model and environment representation": nine noisy rays, log-odds, one fused map.
-        ranges = self.senses.read(bodies, minds, step)
-        since, touched = self._map(ranges, links)
-        exchange_beacons(minds, links, step)
+        # "Robot model and environment representation": nine noisy rays, additive log-odds.
+        self.localization.read(bodies, step, minds.own)
+        since = self._integrate(self.sensing.scan(bodies, step))
+        # "… when it encounters nearby robots, integrates the received maps with its own."
+        links = links_now(self.radio, self.scenario.radio.model, step, bodies, self.world)
+        self._exchange(links, since)
         # "Task description and team behavior": limited charge, EXP and CHR.
         self._charge_and_modes()
         # "Decentralized team formation": by desired sizes, leave, join and lead.
-        self.sizes.decide(minds, self.grids, step)
-        reorganize(minds, self._tally, links, step, *self._team_rules, *news)
+        self.sizes.decide(minds, knowledge, step)
+        self.formation.reorganize(minds, knowledge, step, events)
         # "Team destination determination": leaders that need one choose from their own view.
-        self.decisions = self.destinations.decide(
-            minds, self.grids, self.planner, links, step, *news
-        )
+        self.decisions = self.destinations.decide(minds, knowledge, planner, step, events)
         # "Each member then independently plans its route to the shared target and moves."
-        self.planner.plan(minds, self.grids, step, *news)
-        self.planner.steer(minds, self.grids, bodies.contact, self.action)
-        carry_out(
-            self.action, bodies, self._ground, self._near,
-            body.radius_m, body.forward_m, self._turn_ticks, self.headings, step,
-        )  # fmt: skip
+        planner.plan(minds, knowledge, step, events)
+        planner.steer(minds, knowledge, bodies.contact, self.action)
+        self.motion.carry_out(self.action, bodies, step)
+
         self._hand_check.after(bodies, minds)
-        changes = self.judge.judge(
-            bodies, minds, self.action, minds.sending, self.log, since, self.swarm, touched, *news
-        )
+        self.judge.judge_robots(bodies, minds, self.action, events)
+        changes = self.judge.judge_map(self.log, since, self.swarm)
         self.end_reason = self._why_over()
         if self._recorder is not None:
             seconds = {"step": perf_counter() - started, "decide": self.destinations.seconds}
-            record = self._record(self.decisions, *changes, seconds)
+            record = self._record(changes, seconds)
             if self.own_maps:
-                record.evidence, record.links = self.log.entries_from(since), links
+                record.evidence = self.log.entries_from(since)
+                record.links = knowledge.effective(links, minds)
             self._recorder.record(record)
 
     def run(self, on_step: Callable[[Mission], None] | None = None) -> dict[str, Any]:
@@ -247,13 +225,18 @@ class Mission:
         return self.judge.explored_m2
 
     @property
+    def own_maps(self) -> bool:
+        """Whether maps of robots can differ: not under full communication."""
+        return not isinstance(self.radio, Full)
+
+    @property
     def map(self) -> BeliefView:
         """The swarm's map: what all logs of evidence together say."""
         return self.swarm.view(0)
 
     def map_of(self, robot: int) -> BeliefView:
         """One robot's own map (the shared one under full communication)."""
-        return self.grids.view(self.minds.row(robot))
+        return self.knowledge.grids.view(int(self.knowledge.ear[robot]))
 
     def summary(self) -> dict[str, Any]:
         """Facts and figures of the mission so far."""
@@ -282,46 +265,47 @@ class Mission:
             return {}
         return {"llm": {**self.asker.figures(), **self.destinations.summary()}}
 
-    def _links_now(self) -> NDArray[np.bool_]:
-        if self._links is None:
-            return self._no_links
-        given = self._links(self.step_number)
-        return checked_links(given, self.scenario.robots, self.step_number)
+    def _begin(self) -> None:
+        if self.done:
+            raise ScenarioError(f"the mission is over: {self.end_reason}")
+        self._hand_check.before(self.bodies, self.minds)
+        self.step_number += 1
+        self.events.clear()
 
-    def _map(
-        self, ranges: NDArray[np.float64], links: NDArray[np.bool_]
-    ) -> tuple[NDArray[np.int64], int]:
-        """Scans become evidence, evidence flows; returns where each log's news begin, and cells."""
-        self.log.make_room()
-        since = self.log.length.copy()
-        bodies, model = self.bodies, self.grids.model
-        observe(
-            self.log, self.minds.reading, self.minds.sending, ranges, self.senses.sensor.offsets,
-            self.headings, self.senses.sensor.range_m, bodies.contact, bodies.contact_offset,
-            self.frame, (model.free, model.occupied), model.hit_depth_m,
-        )  # fmt: skip
-        if self._links is not None:
-            exchange_evidence(self.grids, self.log, self.known, links)
-        return since, share_evidence(self.swarm, self.log, since)
+    def _integrate(self, scan: Scan) -> NDArray[np.int64]:
+        """Scans become evidence in each robot's log; returns where each log's new entries begin."""
+        log, bodies = self.log, self.bodies
+        log.make_room(self.knowledge.oldest())
+        since = log.length.copy()
+        observe(log, self.minds.own, bodies.can, scan, bodies.touch, self._scan_model)
+        return since
+
+    def _exchange(self, links: Links, since: NDArray[np.int64]) -> None:
+        """Beacons and evidence flow along the links; the swarm's map takes in all evidence."""
+        knowledge, log = self.knowledge, self.log
+        sound = knowledge.send(self.minds, self.step_number)
+        if self.swarm is knowledge.grids and not (sound and links.complete):
+            # From now on maps of robots may differ from what the swarm as a whole knows.
+            self.swarm = knowledge.grids.fork(0)
+        knowledge.receive(self.minds, log, links, self.step_number)
+        if self.swarm is not knowledge.grids:
+            self.swarm.apply(0, log.cells, log.increments, since, log.length)
 
     def _charge_and_modes(self) -> None:
         battery, minds, bodies = self.scenario.battery, self.minds, self.bodies
         if battery.enabled:
             spend_or_charge(
-                bodies.position, bodies.charge, bodies.alive, minds.mode == CHARGE, self.stations_m,
-                float(battery.capacity_steps), battery.charge_per_step, battery.station_range_m,
-                self.events, self._count,
+                bodies.position, bodies.charge, bodies.alive, bodies.can, minds.mode == CHARGE,
+                self.stations_m, self._charger, self.events.rows,
             )  # fmt: skip
-        minds.reading[:, 3] = bodies.charge / battery.capacity_steps
-        minds.sending[:] = bodies.alive
-        choose_modes(
-            minds.state, minds.reading, minds.sending, self.stations_m,
-            battery.charge_below if battery.enabled else -1.0, *self._return_reserve,
-            self.events, self._count,
-        )  # fmt: skip
+        minds.own["charge"] = bodies.charge / battery.capacity_steps
+        for capability in ("think", "send", "hear"):
+            minds.own[f"{capability}s"] = bodies.can[capability]
+        below = battery.charge_below if battery.enabled else -1.0
+        choose_modes(minds.own, self.stations_m, below, *self._return_reserve, self.events.rows)
 
     def _why_over(self) -> str | None:
-        if self.judge.moving == 0:
+        if self.judge.mobile == 0:
             return "no robot able to move"
         if self.judge.explored_m2 >= self.judge.reachable_m2 - 1e-9:
             return "everything reachable explored"
@@ -333,11 +317,7 @@ class Mission:
         return None
 
     def _record(
-        self,
-        decisions: list[Decision],
-        cells: NDArray[np.int64],
-        log_odds: NDArray[np.int64],
-        seconds: dict[str, float],
+        self, changes: tuple[NDArray[np.int64], NDArray[np.int64]], seconds: dict[str, float]
     ) -> StepRecord:
         return StepRecord(
             step=self.step_number,
@@ -345,10 +325,10 @@ class Mission:
             minds=self.minds,
             capacity_steps=self.scenario.battery.capacity_steps,
             action=self.action,
-            events=self.events[: self._count[0]],
-            map_cells=cells,
-            map_log_odds=log_odds,
-            decisions=decisions,
+            events=self.events.entries,
+            map_cells=changes[0],
+            map_log_odds=changes[1],
+            decisions=self.decisions,
             coverage=self.judge.coverage(self.swarm),
             seconds=seconds,
         )

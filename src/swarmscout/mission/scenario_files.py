@@ -1,6 +1,6 @@
-"""Scenarios in TOML files: reading, overriding keys, and saying clearly what is wrong.
+"""Scenarios in TOML files: reading them, overriding keys, and clear errors.
 
-The package ships two: ``paper`` (our defaults) and ``paper-literal`` (the paper to the letter).
+Two scenarios come with the package: ``paper`` (the defaults) and ``paper-literal``.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ import tomli_w
 from pydantic import BaseModel, ValidationError
 
 from swarmscout.core.errors import ScenarioError, did_you_mean
+from swarmscout.core.parameters import describe_invalid_keys, key_of
 from swarmscout.core.paths import expanded
-from swarmscout.mission.scenario import Scenario, what_is_wrong
+from swarmscout.mission.scenario import Scenario
 
 __all__ = ["load_scenario", "make_scenario", "named_scenarios", "parse_toml", "scenario_toml"]
 
@@ -39,26 +40,27 @@ def load_scenario(
 
     Args:
         what: a name (``paper``), a TOML file, or a run's folder (its ``scenario.toml``).
-        overrides: dotted keys to values, as ``{"teams.desired_size": 3}``.
+        overrides: values by dotted key, as ``{"teams.desired_size": 3}``.
         origins: where each override was given, for errors, as ``{"robots": "--robots"}``.
 
     Returns:
-        The scenario; a world or a file of a selector or a policy that is given as a path relative
-        to the scenario's file is made absolute.
+        The scenario. Paths of a world or of a plug-in's file that are relative to the scenario's
+        file are made absolute.
 
     Raises:
         ScenarioError: the file cannot be read, or a key is unknown or has a bad value.
     """
     text, folder, where = _read(what)
     data = parse_toml(text, where)
-    data.pop("swarmscout", None)  # A run's scenario.toml says here which version wrote it.
-    world, teams = data.get("world"), data.get("teams")
+    data.pop("swarmscout", None)  # The version that wrote a run's scenario.toml.
+    world = data.get("world")
     if folder is not None:
         if isinstance(world, str) and _is_there(folder / world):
             data["world"] = str((folder / world).resolve())
         _find_rule(data, "destinations", folder)
-        if isinstance(teams, dict):
-            _find_rule(teams, "policy", folder)
+        for section, key in (("teams", "policy"), ("sensor", "model"), ("radio", "model")):
+            if isinstance(data.get(section), dict):
+                _find_rule(data[section], key, folder)
     return make_scenario(data, overrides, where=where, origins=origins)
 
 
@@ -69,16 +71,16 @@ def make_scenario(
     where: str = "the scenario",
     origins: Mapping[str, str] | None = None,
 ) -> Scenario:
-    """Build a scenario from nested data, with dotted keys on top.
+    """Make a scenario of nested data and overrides.
 
     Args:
         data: sections as mappings.
-        overrides: dotted keys to values.
-        where: what the data is called in errors.
-        origins: what each override is called in errors.
+        overrides: values by dotted key.
+        where: name of the data in errors.
+        origins: name of each override in errors.
 
     Raises:
-        ScenarioError: in one line, which key is wrong, what it was, and what would be right.
+        ScenarioError: a key is unknown or has a bad value.
     """
     merged = {key: dict(v) if isinstance(v, Mapping) else v for key, v in (data or {}).items()}
     named = {key: (origins or {}).get(key, "override") for key in overrides or {}}
@@ -90,20 +92,20 @@ def make_scenario(
     try:
         return Scenario.model_validate(merged)
     except ValidationError as error:
-        wrong = ".".join(str(part) for part in error.errors(include_url=False)[0]["loc"])
+        wrong, _ = key_of(error.errors(include_url=False)[0], Scenario)
         blamed = next((n for key, n in named.items() if _concerns(key, wrong)), where)
-        raise ScenarioError(f"{blamed}: {what_is_wrong(error)}") from None
+        raise ScenarioError(f"{blamed}: {describe_invalid_keys(error, Scenario)}") from None
 
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:
-    """What a text in TOML says.
+    """Parse a text in TOML.
 
     Args:
-        text: the text; a byte order mark before it does not count.
-        where: what it is called in errors.
+        text: the text; a byte order mark at its start is ignored.
+        where: name of the text in errors.
 
     Raises:
-        ScenarioError: it is no TOML.
+        ScenarioError: it is not valid TOML.
     """
     try:
         return tomllib.loads(text.removeprefix("\ufeff"))
@@ -114,11 +116,11 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
 
 
 def scenario_toml(scenario: Scenario, header: Mapping[str, Any] | None = None) -> str:
-    """A scenario as TOML that runs again as it stands.
+    """A scenario as TOML that can be run again.
 
     Args:
-        scenario: what to write.
-        header: facts on who wrote it, kept in a table ``swarmscout`` that readers skip.
+        scenario: the scenario.
+        header: facts on its origin, written to a table ``swarmscout`` that readers skip.
     """
     data = scenario.model_dump(exclude_none=True)
     if header:
@@ -153,7 +155,7 @@ def _read(what: str | Path) -> tuple[str, Path | None, str]:
 
 
 def _find_rule(data: dict[str, Any], key: str, folder: Path) -> None:
-    """Make the file of a rule absolute where it lies in the scenario's folder."""
+    """Make the file of a plug-in absolute if it lies in the scenario's folder."""
     rule = data.get(key)
     if isinstance(rule, str):
         file, colon, name = rule.rpartition(":")
@@ -162,21 +164,23 @@ def _find_rule(data: dict[str, Any], key: str, folder: Path) -> None:
 
 
 def _concerns(given: str, wrong: str) -> bool:
-    """Whether one dotted key is the other, or a part of it."""
+    """Whether one dotted key equals the other or contains it."""
     return f"{given}.".startswith(f"{wrong}.") or f"{wrong}.".startswith(f"{given}.")
 
 
 def _is_there(path: Path) -> bool:
     try:
         return path.exists()
-    except (OSError, ValueError):  # No path at all: too long, or with a NUL in it.
+    except (OSError, ValueError):  # Not a path: too long, or with a NUL in it.
         return False
 
 
 def _put(data: dict[str, Any], dotted: str, value: Any) -> None:
     *sections, key = dotted.split(".")
     if not key or not all(sections):
-        raise ScenarioError(f"'{dotted}' is no scenario key: write KEY=VALUE or SECTION.KEY=VALUE")
+        raise ScenarioError(
+            f"'{dotted}' is not a scenario key: write KEY=VALUE or SECTION.KEY=VALUE"
+        )
     for section in sections:
         inner = data.setdefault(section, {})
         if isinstance(inner, BaseModel):

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import ScenarioError
-from swarmscout.minds.minds import DESTINATION, LEADER, Minds
+from swarmscout.minds.minds import Minds
 from swarmscout.robots.bodies import TICKS, Bodies
 from swarmscout.worlds.world import World
 
-__all__ = ["HandCheck", "checked_function", "checked_links"]
-
-F = TypeVar("F")
+__all__ = ["HandCheck"]
 
 
 class HandCheck:
@@ -30,7 +28,7 @@ class HandCheck:
     def __init__(self, world: World, cells: int) -> None:
         self._world = world
         self._cells = cells
-        self._position = self._heading = self._state = b""
+        self._position = self._heading = self._own = b""
 
     def before(self, bodies: Bodies, minds: Minds) -> None:
         """Check what was written since the last step.
@@ -40,20 +38,20 @@ class HandCheck:
         """
         if (
             bodies.position.tobytes() != self._position
-            or minds.state.tobytes() != self._state
+            or minds.own.tobytes() != self._own
             or bodies.heading.tobytes() != self._heading
         ):
             self._look(bodies)
-            robots = len(minds.state)
-            _in_range("minds.leader", minds.state[:, LEADER], 0, robots - 1, "a robot")
-            _in_range(
-                "minds.destination", minds.state[:, DESTINATION], -1, self._cells - 1, "a cell"
-            )
+            robots, cells = len(minds), self._cells
+            _in_range("minds.leader", minds.leader, 0, robots - 1, "a robot")
+            _in_range("minds.own['partner']", minds.own["partner"], -1, robots - 1, "a robot")
+            _in_range("minds.destination", minds.destination, -1, cells - 1, "a cell")
+            _in_range("minds.target", minds.target, -1, cells - 1, "a cell")
 
     def after(self, bodies: Bodies, minds: Minds) -> None:
         """Remember what the step left: its own changes keep to the rules."""
         self._position = bodies.position.tobytes()
-        self._state = minds.state.tobytes()
+        self._own = minds.own.tobytes()
         self._heading = bodies.heading.tobytes()
 
     def _look(self, bodies: Bodies) -> None:
@@ -89,43 +87,3 @@ def _expect(name: str, array: Any, shape: tuple[int, ...], dtype: type) -> None:
             f"mission.bodies.{name} is {array.dtype}{list(array.shape)}, expected "
             f"{np.dtype(dtype)}{list(shape)}: write into it as mission.bodies.{name}[0] = …"
         )
-
-
-def checked_function(links: F) -> F:
-    """The function that says who hears whom, or None.
-
-    Raises:
-        ScenarioError: it is something else.
-    """
-    if links is not None and not callable(links):
-        raise ScenarioError(
-            f"links is a {type(links).__name__}, expected a function of the step that returns "
-            "bool[N, N]: for the same links in every step, links=lambda step: matrix"
-        )
-    return links
-
-
-def checked_links(given: Any, robots: int, step: int) -> NDArray[np.bool_]:
-    """Who hears whom in a step, as a user's function says.
-
-    Args:
-        given: what it returned.
-        robots: N. step: the current step.
-
-    Returns:
-        bool[N, N], C-contiguous.
-
-    Raises:
-        ScenarioError: it is no such matrix.
-    """
-    try:
-        links = np.asarray(given)
-    except ValueError:  # Rows of different lengths.
-        links = np.asarray(None)
-    if links.shape != (robots, robots) or links.dtype.kind not in "bui":
-        what = "None" if given is None else f"{links.dtype}{list(links.shape)}"
-        raise ScenarioError(
-            f"links({step}) returned {what}, expected bool[{robots}, {robots}]: "
-            "links[i, j] says whether robot i hears robot j"
-        )
-    return np.ascontiguousarray(links, dtype=np.bool_)

@@ -14,24 +14,30 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from swarmscout.core.enums import CHARGE, FORWARD, LEFT, NO_CONTACT, RIGHT, STOP
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.minds.minds import MODE, TARGET
-from swarmscout.planning.route_table import (
-    AHEAD,
-    AT,
-    CLEAR,
-    FAILED_UNTIL,
-    GOAL,
-    LENGTH,
-    NEED,
-    NOWHERE,
-    STATION,
-    STUCK,
-    WANTED,
-)
+from swarmscout.planning.route_table import NOWHERE, STATION
 
-__all__ = ["find_needs", "steer"]
+__all__ = ["DRIVING", "find_needs", "mark_standing", "steer"]
+
+DRIVING = np.dtype(
+    [
+        ("origin_x_m", "f8"),  # the grid's frame
+        ("origin_y_m", "f8"),
+        ("cell_m", "f8"),
+        ("rows", "i8"),
+        ("columns", "i8"),
+        ("long_still", "i8"),  # robots that have not moved for this many steps make routes dearer
+        ("most_off", "i8"),  # a robot whose heading is off by more turns, in ticks
+        ("waypoint_m", "f8"),  # this near to a cell of the route, the robot goes on to the next
+        ("half_width_m", "f8"),  # of the lane that has to be free on the way to a waypoint
+        ("dock_m", "f8"),  # near enough to a station to charge
+    ],
+    align=True,
+)
+"""How robots follow their routes."""
 
 # A robot this far from where it should be along its route was pushed off it.
 OFF_ROUTE_CELLS = 2.5
@@ -41,11 +47,11 @@ SIGHT_CELLS = 8
 
 
 @inlined
-def _offset(cell, x, y, ox, oy, cell_m, columns):  # type: ignore[no-untyped-def]
+def _offset(cell, x, y, grid):  # type: ignore[no-untyped-def]
     """From a point to the centre of a cell, in metres."""
     return (
-        ox + (cell % columns + 0.5) * cell_m - x,
-        oy + (cell // columns + 0.5) * cell_m - y,
+        grid.origin_x_m + (cell % grid.columns + 0.5) * grid.cell_m - x,
+        grid.origin_y_m + (cell // grid.columns + 0.5) * grid.cell_m - y,
     )
 
 
@@ -78,103 +84,155 @@ def _line_is_free(price, u, v, du, dv, columns):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _lane_is_free(price, x, y, dx, dy, half_width_m, ox, oy, cell_m, columns):  # type: ignore[no-untyped-def]
+def _lane_is_free(price, x, y, dx, dy, grid):  # type: ignore[no-untyped-def]
     """Whether neither side of a straight lane from (x, y) by (dx, dy) meets an occupied cell."""
-    across = half_width_m / (dx * dx + dy * dy) ** 0.5
+    across = grid.half_width_m / (dx * dx + dy * dy) ** 0.5
     for side in (-across, across):
-        u = (x - side * dy - ox) / cell_m
-        v = (y + side * dx - oy) / cell_m
-        if not _line_is_free(price, u, v, dx / cell_m, dy / cell_m, columns):
+        u = (x - side * dy - grid.origin_x_m) / grid.cell_m
+        v = (y + side * dx - grid.origin_y_m) / grid.cell_m
+        if not _line_is_free(price, u, v, dx / grid.cell_m, dy / grid.cell_m, grid.columns):
             return False
     return True
 
 
+@inlined
+def _cell_at(x, y, grid):  # type: ignore[no-untyped-def]
+    """Row and column of a point; they may lie outside the grid."""
+    return (
+        int(math.floor((y - grid.origin_y_m) / grid.cell_m)),
+        int(math.floor((x - grid.origin_x_m) / grid.cell_m)),
+    )
+
+
 @kernel
-def find_needs(  # type: ignore[no-untyped-def]
-    state, reading, sending, price, counts, still, heard_reading, long_still,
-    plan, route, at_cell, dearer, ox, oy, cell_m, columns, step,
-):  # fmt: skip
+def mark_standing(heard, still, rows, grid, standing):  # type: ignore[no-untyped-def]
+    """List the cells in which robots are known to stand for long.
+
+    Args:
+        heard: BEACON[R, N], still: int64[R, N], rows: int64[A]: see ``Knowledge``.
+        grid: DRIVING[1].
+        standing: int64[R, N], written for the rows in use: flat cells, or -1.
+    """
+    grid = grid[0]
+    for r in rows:
+        for j in range(heard.shape[1]):
+            standing[r, j] = -1
+            if still[r, j] >= grid.long_still:
+                row, col = _cell_at(heard[r, j].x_m, heard[r, j].y_m, grid)
+                if 0 <= row < grid.rows and 0 <= col < grid.columns:
+                    standing[r, j] = row * grid.columns + col
+
+
+@inlined
+def _way_is_closed(price, route, cells, columns):  # type: ignore[no-untyped-def]
+    """Whether a cell of what is left of a route, or one beside a diagonal move, is occupied."""
+    before = route.here
+    for a in range(route.at, min(route.length, cells.shape[0])):
+        cell = cells[a]
+        # The two cells beside a diagonal move count too: no corner is cut.
+        beside = before // columns * columns + cell % columns
+        across = cell // columns * columns + before % columns
+        if price[cell] < 0 or (a > route.at and (price[beside] < 0 or price[across] < 0)):
+            return True
+        before = cell
+    return False
+
+
+@kernel
+def find_needs(own, ear, price, counts, routes, cells, grid, step):  # type: ignore[no-untyped-def]
     """Say where each robot wants to go, and whether it needs a route for that.
 
     Args:
-        state: int64[N, columns], reading: float64[N, 4], sending: bool[N]: ``Minds``.
-        price: int16[K, C], counts: int64[K, 4]: ``OccupancyGrids``; counts[:, 0] says how many
+        own: MIND[N]; ear: int64[N], see ``Knowledge``.
+        price: int16[R, C], counts: int64[R, 4]: ``OccupancyGrids``; counts[:, 0] says how many
             cells closed in the last update.
-        still: int64[K, N], heard_reading: float64[K, N, 4]: what is known of the others.
-        long_still: robots that have not moved for so many steps make routes dearer.
-        plan: int64[N, columns], route: int32[N, longest]: ``RouteTable``.
-        at_cell: int64[N], written: the cell that each robot believes to be in.
-        dearer: int64[K, N], written: cells of robots that stand for long, and -1.
-        ox, oy, cell_m, columns: the grid's frame; step: the current step.
+        routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
+        grid: DRIVING[1]; step: the current step.
 
     Returns:
         How many robots need a route.
     """
-    robots = state.shape[0]
-    maps = price.shape[0]
-    rows = price.shape[1] // columns
+    grid = grid[0]
     needs = 0
-    for k in range(maps):
-        for j in range(robots):
-            dearer[k, j] = -1
-            if still[k, j] >= long_still:
-                row = int(math.floor((heard_reading[k, j, 1] - oy) / cell_m))
-                col = int(math.floor((heard_reading[k, j, 0] - ox) / cell_m))
-                if 0 <= row < rows and 0 <= col < columns:
-                    dearer[k, j] = row * columns + col
-    for i in range(robots):
-        plan[i, NEED] = 0
-        if not sending[i]:
-            plan[i, WANTED] = NOWHERE
+    for i in range(own.shape[0]):
+        me = own[i]
+        route = routes[i]
+        route.need = 0
+        if not me.thinks:
+            route.wanted = NOWHERE
             continue
-        row = min(rows - 1, max(0, int(math.floor((reading[i, 1] - oy) / cell_m))))
-        col = min(columns - 1, max(0, int(math.floor((reading[i, 0] - ox) / cell_m))))
-        at_cell[i] = row * columns + col
-        wanted = STATION if state[i, MODE] == CHARGE else state[i, TARGET]
-        plan[i, WANTED] = wanted
+        row, col = _cell_at(me.x_m, me.y_m, grid)
+        row = min(grid.rows - 1, max(0, row))
+        col = min(grid.columns - 1, max(0, col))
+        route.here = row * grid.columns + col
+        route.map = ear[i]
+        wanted = STATION if me.mode == CHARGE else me.target
+        route.wanted = wanted
         if wanted == NOWHERE:
-            plan[i, GOAL] = NOWHERE
-            plan[i, LENGTH] = 0
-            plan[i, FAILED_UNTIL] = 0
+            route.goal = NOWHERE
+            route.length = 0
+            route.failed_until = 0
             continue
-        if plan[i, GOAL] != wanted:
+        if route.goal != wanted:
             need = True
-        elif plan[i, FAILED_UNTIL] > 0:
-            need = step >= plan[i, FAILED_UNTIL]
-        elif plan[i, AT] >= plan[i, LENGTH]:
+        elif route.failed_until > 0:
+            need = step >= route.failed_until
+        elif route.at >= route.length:
             need = False
-        elif plan[i, AT] >= route.shape[1]:
+        elif route.at >= cells.shape[1]:
             need = True
         else:
-            dx, dy = _offset(
-                route[i, plan[i, AT]], reading[i, 0], reading[i, 1], ox, oy, cell_m, columns
-            )
-            need = dx * dx + dy * dy > max(OFF_ROUTE_CELLS * cell_m, OFF_ROUTE_M) ** 2
-            m = i if maps > 1 else 0
-            if counts[m, 0] > 0:
-                before = at_cell[i]
-                for a in range(plan[i, AT], min(plan[i, LENGTH], route.shape[1])):
-                    cell = route[i, a]
-                    # The two cells beside a diagonal move count too: no corner is cut.
-                    beside = before // columns * columns + cell % columns
-                    across = cell // columns * columns + before % columns
-                    if price[m, cell] < 0 or (
-                        a > plan[i, AT] and (price[m, beside] < 0 or price[m, across] < 0)
-                    ):
-                        need = True
-                        break
-                    before = cell
+            dx, dy = _offset(cells[i, route.at], me.x_m, me.y_m, grid)
+            need = dx * dx + dy * dy > max(OFF_ROUTE_CELLS * grid.cell_m, OFF_ROUTE_M) ** 2
+            m = ear[i]
+            if counts[m, 0] > 0 and not need:
+                need = _way_is_closed(price[m], route, cells[i], grid.columns)
         if need:
-            plan[i, NEED] = 1
+            route.need = 1
             needs += 1
     return needs
 
 
+@inlined
+def _next_waypoint(me, route, cells, price, sight, grid):  # type: ignore[no-untyped-def]
+    """Go on along a route to the farthest cell with a free lane; returns the offset to it."""
+    longest = min(route.length, cells.shape[0])
+    dx = 0.0
+    dy = 0.0
+    while route.at < longest:
+        dx, dy = _offset(cells[route.at], me.x_m, me.y_m, grid)
+        if dx * dx + dy * dy > grid.waypoint_m * grid.waypoint_m:
+            break
+        route.at += 1
+    for a in range(min(longest, route.at + sight) - 1, route.at, -1):
+        far_x, far_y = _offset(cells[a], me.x_m, me.y_m, grid)
+        if not _lane_is_free(price, me.x_m, me.y_m, far_x, far_y, grid):
+            continue
+        # What lies before it is as good as driven once the robot is nearer to what follows.
+        while route.at < a:
+            ax, ay = _offset(cells[route.at + 1], me.x_m, me.y_m, grid)
+            if ax * ax + ay * ay > dx * dx + dy * dy:
+                break
+            route.at += 1
+            dx = ax
+            dy = ay
+        return far_x, far_y
+    return dx, dy
+
+
+@inlined
+def _is_docked(me, stations, dock_m):  # type: ignore[no-untyped-def]
+    """Whether a robot is near enough to a station to charge."""
+    for s in range(stations.shape[0]):
+        dx = stations[s, 0] - me.x_m
+        dy = stations[s, 1] - me.y_m
+        if dx * dx + dy * dy <= dock_m * dock_m:
+            return True
+    return False
+
+
 @kernel
-def steer(  # type: ignore[no-untyped-def]
-    state, reading, sending, price, contact, stations, dock_m, plan, route, table,
-    most_off, waypoint_m, half_width_m, ox, oy, cell_m, columns, action,
-):  # fmt: skip
+def steer(own, ear, price, contact, stations, routes, cells, headings, grid, action):  # type: ignore[no-untyped-def]
     """Choose each robot's next action from its own route, pose and bumps.
 
     Deviation: where something blocks the way twice, the robot keeps right: it turns right once,
@@ -182,86 +240,55 @@ def steer(  # type: ignore[no-untyped-def]
     part; one that fails again turns on, so in a crowd or a corner it tries every heading in turn.
 
     Args:
-        state: int64[N, columns], reading: float64[N, 4], sending: bool[N]: ``Minds``.
-        price: int16[K, C]: ``OccupancyGrids``.
+        own: MIND[N]; ear: int64[N], see ``Knowledge``; price: int16[R, C]: ``OccupancyGrids``.
         contact: int64[N], what each robot felt at its last move.
-        stations: float64[k, 2]; dock_m: near enough to a station to charge, in metres.
-        plan, route: ``RouteTable``; table: float64[3600, 2] of (cos, sin).
-        most_off: a robot that is off by more turns, in ticks; waypoint_m: this near to a cell of
-            the route, the robot goes on to the next.
-        half_width_m: of the lane that has to be free on the straight way to a waypoint.
-        ox, oy, cell_m, columns: the grid's frame.
+        stations: float64[k, 2].
+        routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
+        headings: float64[3600, 2] of (cos, sin); grid: DRIVING[1].
         action: int64[N], written: STOP, FORWARD, LEFT or RIGHT.
     """
-    cos_off = table[most_off, 0]
-    for i in range(state.shape[0]):
+    grid = grid[0]
+    cos_off = headings[grid.most_off, 0]
+    for i in range(own.shape[0]):
+        me = own[i]
+        route = routes[i]
         action[i] = STOP
-        if not sending[i] or plan[i, WANTED] == NOWHERE:
+        if not me.thinks or route.wanted == NOWHERE:
             continue
         blocked = contact[i] != NO_CONTACT
-        x = reading[i, 0]
-        y = reading[i, 1]
-        longest = min(plan[i, LENGTH], route.shape[1])
-        dx = 0.0
-        dy = 0.0
-        m = i if price.shape[0] > 1 else 0
-        while plan[i, AT] < longest:
-            dx, dy = _offset(route[i, plan[i, AT]], x, y, ox, oy, cell_m, columns)
-            if dx * dx + dy * dy > waypoint_m * waypoint_m:
-                break
-            plan[i, AT] += 1
         # Where something was in the way, it goes from cell to cell.
-        sight = SIGHT_CELLS if plan[i, STUCK] == 0 and not blocked else 1
-        for a in range(min(longest, plan[i, AT] + sight) - 1, plan[i, AT], -1):
-            far_x, far_y = _offset(route[i, a], x, y, ox, oy, cell_m, columns)
-            if not _lane_is_free(
-                price[m], x, y, far_x, far_y, half_width_m, ox, oy, cell_m, columns
-            ):
-                continue
-            # What lies before it is as good as driven once the robot is nearer to what follows.
-            while plan[i, AT] < a:
-                ax, ay = _offset(route[i, plan[i, AT] + 1], x, y, ox, oy, cell_m, columns)
-                if ax * ax + ay * ay > dx * dx + dy * dy:
-                    break
-                plan[i, AT] += 1
-                dx = ax
-                dy = ay
-            dx = far_x
-            dy = far_y
-            break
-        if plan[i, GOAL] == STATION and (blocked or plan[i, AT] >= longest):
-            docked = False
-            for s in range(stations.shape[0]):
-                sx = stations[s, 0] - x
-                sy = stations[s, 1] - y
-                if sx * sx + sy * sy <= dock_m * dock_m:
-                    docked = True
-            if docked:
-                # It stays: what blocked it is most likely another robot that charges.
-                plan[i, AT] = plan[i, LENGTH]
-                continue
+        sight = SIGHT_CELLS if route.stuck == 0 and not blocked else 1
+        dx, dy = _next_waypoint(me, route, cells[i], price[ear[i]], sight, grid)
+        longest = min(route.length, cells.shape[1])
+        if (
+            route.goal == STATION
+            and (blocked or route.at >= longest)
+            and _is_docked(me, stations, grid.dock_m)
+        ):
+            # It stays: what blocked it is most likely another robot that charges.
+            route.at = route.length
+            continue
         if blocked:
-            plan[i, STUCK] += 1
-            plan[i, CLEAR] = 0
-            plan[i, AHEAD] = 0
-            if plan[i, STUCK] >= 2:
+            route.stuck += 1
+            route.clear = 0
+            route.ahead = 0
+            if route.stuck >= 2:
                 action[i] = RIGHT
-                plan[i, AHEAD] = min(5, plan[i, STUCK] // 2)
+                route.ahead = min(5, route.stuck // 2)
                 continue
-        if plan[i, AHEAD] > 0:
-            plan[i, AHEAD] -= 1
+        if route.ahead > 0:
+            route.ahead -= 1
             action[i] = FORWARD
             continue
-        if plan[i, AT] >= longest:
+        if route.at >= longest:
             continue
-        tick = int(reading[i, 2])
-        along = dx * table[tick, 0] + dy * table[tick, 1]
-        across = dy * table[tick, 0] - dx * table[tick, 1]
+        along = dx * headings[me.heading, 0] + dy * headings[me.heading, 1]
+        across = dy * headings[me.heading, 0] - dx * headings[me.heading, 1]
         if along >= cos_off * (dx * dx + dy * dy) ** 0.5:
             action[i] = FORWARD
-            plan[i, CLEAR] += 1
-            if plan[i, CLEAR] >= 4:
-                plan[i, STUCK] = 0
+            route.clear += 1
+            if route.clear >= 4:
+                route.stuck = 0
         elif across > 0.0:
             action[i] = LEFT
         else:

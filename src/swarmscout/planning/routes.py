@@ -2,24 +2,46 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.comms.knowledge import Knowledge
+from swarmscout.core.events import EventLog
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import Minds
 from swarmscout.planning.costs import RouteCosts
-from swarmscout.planning.following import find_needs, steer
+from swarmscout.planning.following import DRIVING, find_needs, mark_standing, steer
 from swarmscout.planning.route_table import RouteTable, blank_routes
 from swarmscout.planning.search import Search, plan_routes, route_cost_field
 
-__all__ = ["Planner"]
+__all__ = ["Planner", "Vehicle"]
 
 LONG_STILL_STEPS = 10
-"""A robot that has not moved for so long makes routes through its place dearer."""
+"""A robot that has not moved for this many steps makes routes through its place dearer."""
 
 SIDE_ROOM_M = 0.05
 """A straight way has to be wider than the robot by this on each side."""
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """What routes need to know of a robot's body.
+
+    Attributes:
+        radius_m, forward_m: half of its diameter, and the length of one move.
+        turn_ticks: the angle of one rotation, in ticks.
+        dock_m: near enough to a station to charge.
+        headings: float64[3600, 2], (cos, sin).
+    """
+
+    radius_m: float
+    forward_m: float
+    turn_ticks: int
+    dock_m: float
+    headings: NDArray[np.float64]
 
 
 class Planner:
@@ -29,78 +51,75 @@ class Planner:
         table: the routes.
         costs: what moving costs.
         stations_m: float64[k, 2], where the charging stations are.
+
+    Args:
+        frame: the occupancy grids'.
+        robots: N.
+        costs: what moving costs.
+        stations_m: float64[k, 2].
+        vehicle: the robots' body.
     """
 
     def __init__(
         self,
         frame: GridFrame,
         robots: int,
-        maps: int,
         costs: RouteCosts,
         stations_m: NDArray[np.float64],
-        dock_m: float,
-        headings: NDArray[np.float64],
-        turn_ticks: int,
-        forward_m: float,
-        radius_m: float,
+        vehicle: Vehicle,
     ) -> None:
         self.frame = frame
         self.costs = costs
         self.stations_m = stations_m
         self.table: RouteTable = blank_routes(robots)
         self._search = Search(frame, costs)
-        self._at_cell = np.zeros(robots, dtype=np.int64)
-        self._dearer = np.full((maps, robots), -1, dtype=np.int64)
+        self._standing = np.full((1, robots), -1, dtype=np.int64)
         self._docks = dock_cells(frame, stations_m)
-        self._dock_m = dock_m
-        self._headings = headings
+        self._headings = vehicle.headings
+        turn_ticks = vehicle.turn_ticks
         # At most 30°, if turns are not too coarse for that.
-        self._most_off = max(turn_ticks // 2, min(3 * turn_ticks // 4, len(headings) // 12))
+        most_off = max(turn_ticks // 2, min(3 * turn_ticks // 4, len(vehicle.headings) // 12))
         # Driving while off by up to that, a robot gets nearer to a waypoint only while that is
         # farther than forward / (2 cos(off)); nearer, it would circle it.
-        cosine = max(0.5, float(headings[self._most_off, 0]))
-        self._half_width_m = radius_m + SIDE_ROOM_M
-        self._waypoint_m = max(0.5 * frame.cell_m, 1.05 * forward_m / (2.0 * cosine))
+        cosine = max(0.5, float(vehicle.headings[most_off, 0]))
+        self._grid = np.zeros(1, dtype=DRIVING)
+        grid = self._grid[0]
+        for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
+            grid[name] = getattr(frame, name)
+        grid["long_still"] = LONG_STILL_STEPS
+        grid["most_off"] = most_off
+        grid["waypoint_m"] = max(0.5 * frame.cell_m, 1.05 * vehicle.forward_m / (2.0 * cosine))
+        grid["half_width_m"] = vehicle.radius_m + SIDE_ROOM_M
+        grid["dock_m"] = vehicle.dock_m
 
-    def plan(
-        self,
-        minds: Minds,
-        grids: OccupancyGrids,
-        step: int,
-        events: NDArray[np.int64],
-        count: NDArray[np.int64],
-    ) -> None:
+    def plan(self, minds: Minds, knowledge: Knowledge, step: int, events: EventLog) -> None:
         """Give every robot that needs one a route over its own map."""
+        grids, table, search = knowledge.grids, self.table, self._search
         needs = find_needs(
-            minds.state, minds.reading, minds.sending, grids.price, grids.counts,
-            minds.still, minds.heard_reading, LONG_STILL_STEPS,
-            self.table.state, self.table.cells, self._at_cell, self._dearer,
-            self.frame.origin_x_m, self.frame.origin_y_m, self.frame.cell_m, self.frame.columns,
-            step,
+            minds.own, knowledge.ear, grids.price, grids.counts, table.state, table.cells,
+            self._grid, step,
         )  # fmt: skip
-        if needs:
-            search = self._search
-            plan_routes(
-                grids.price, grids.bounds, search.toll, search.filled, search.nodes, search.queue,
-                search.buckets, search.searches, search.lengths, self._at_cell, self._dearer,
-                minds.robots, self._docks, self.table.state, self.table.cells, self.table.cost,
-                self.frame.columns, step, events, count,
-            )  # fmt: skip
+        if not needs:
+            return
+        if len(self._standing) < len(knowledge.heard):
+            self._standing = np.full(knowledge.still.shape, -1, dtype=np.int64)
+        mark_standing(knowledge.heard, knowledge.still, knowledge.rows, self._grid, self._standing)
+        plan_routes(
+            grids.price, grids.bounds, search.toll, search.nodes, search.buckets, search.state,
+            self._standing, self._docks, table.state, table.cells, step, events.rows,
+        )  # fmt: skip
 
     def steer(
         self,
         minds: Minds,
-        grids: OccupancyGrids,
+        knowledge: Knowledge,
         contact: NDArray[np.int64],
         action: NDArray[np.int64],
     ) -> None:
         """Write each robot's next action."""
         steer(
-            minds.state, minds.reading, minds.sending, grids.price, contact, self.stations_m,
-            self._dock_m, self.table.state, self.table.cells, self._headings, self._most_off,
-            self._waypoint_m, self._half_width_m,
-            self.frame.origin_x_m, self.frame.origin_y_m, self.frame.cell_m, self.frame.columns,
-            action,
+            minds.own, knowledge.ear, knowledge.grids.price, contact, self.stations_m,
+            self.table.state, self.table.cells, self._headings, self._grid, action,
         )  # fmt: skip
 
     def costs_from(
@@ -127,9 +146,8 @@ class Planner:
         found = np.empty(len(targets), dtype=np.int64)
         search = self._search
         route_cost_field(
-            grids.price[m], grids.bounds[m], search.toll, search.filled, search.nodes,
-            search.queue, search.buckets, search.searches, search.lengths, start, targets,
-            len(targets) if at_most is None else at_most, self.frame.columns, found,
+            grids.price[m], grids.bounds[m], search.toll, search.nodes, search.buckets,
+            search.state, start, targets, len(targets) if at_most is None else at_most, found,
         )  # fmt: skip
         if at_most is not None and at_most < len(targets):
             # The last bucket holds dearer ones too.

@@ -24,13 +24,45 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmscout.core.enums import ROUTE
+from swarmscout.core.enums import ROUTE as ROUTE_EVENT
+from swarmscout.core.events import note
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.planning.costs import RouteCosts
-from swarmscout.planning.route_table import AT, FAILED_UNTIL, GOAL, LENGTH, NEED, STATION, WANTED
+from swarmscout.planning.route_table import STATION
 
-__all__ = ["Search", "plan_routes", "route_cost_field"]
+__all__ = ["NODE", "SEARCH", "Search", "plan_routes", "route_cost_field"]
+
+NODE = np.dtype(
+    [
+        ("mark", "i8"),  # in which search the cell was touched last, with flags below
+        ("cost", "i8"),  # its cost there
+        ("before", "i4"),  # the open cells before and after it in its bucket (negative: none)
+        ("after", "i4"),
+        ("bucket", "i4"),  # the number of the bucket
+        ("unused", "i4"),
+    ],
+    align=True,
+)
+"""What the search keeps of a cell, in one place: it spends its time fetching this."""
+
+SEARCH = np.dtype(
+    [
+        ("straight", "i8"),  # the attributes of RouteCosts
+        ("diagonal", "i8"),
+        ("base", "i8"),
+        ("least", "i8"),
+        ("standing", "i8"),
+        ("bits", "i8"),  # of a cost that a bucket spans: a move changes a cost, with its
+        # heuristic, by less than half of all buckets
+        ("columns", "i8"),  # of the grid
+        ("count", "i8"),  # counts searches
+        ("filled_low", "i8"),  # the first and last row of the grid with tolls of a map
+        ("filled_high", "i8"),
+    ],
+    align=True,
+)
+"""Costs, and what persists between searches."""
 
 # Flags of a node in the running search; the search's number stands above them.
 REACHED, SETTLED, START, OPEN = 1, 2, 4, 8
@@ -56,32 +88,24 @@ class Search:
     Attributes:
         toll: int32[P], what a cell costs per metre in 1/1000; negative: only for robots that stand
             there already.
-        filled: int64[2], the first and last row of the grid with tolls of a map.
-        nodes: int64[P, 2], per cell: in which search it was touched last with the flags below it,
-            and its cost there. Both in one place, for the search spends its time fetching them.
-        queue: int32[P, 3], per open cell: those before and after it in its bucket (negative: none),
-            and the number of the bucket.
+        nodes: NODE[P].
         buckets: int32[BUCKETS], the first cell of each, used in turn; -1 for none.
-        searches: int64[1], counts searches.
-        lengths: int64[6], the five attributes of ``RouteCosts``, and how many bits of a cost a
-            bucket spans: so many that a move changes a cost, with its heuristic, by less than half
-            of all buckets.
+        state: SEARCH[1].
     """
 
     def __init__(self, frame: GridFrame, costs: RouteCosts) -> None:
         size = (frame.rows + 2) * (frame.columns + 2)
         self.toll = np.full(size, OUTSIDE, dtype=np.int32)
-        self.filled = np.array([0, frame.rows - 1], dtype=np.int64)
-        self.nodes = np.zeros((size, 2), dtype=np.int64)
-        self.queue = np.zeros((size, 3), dtype=np.int32)
+        self.nodes = np.zeros(size, dtype=NODE)
         self.buckets = np.full(BUCKETS, -1, dtype=np.int32)
-        self.searches = np.zeros(1, dtype=np.int64)
         most = 4 * costs.diagonal * (costs.base + 1000 + costs.standing)
-        bits = max(0, most.bit_length() - (BUCKETS.bit_length() - 2))
-        self.lengths = np.array(
-            [costs.straight, costs.diagonal, costs.base, costs.least, costs.standing, bits],
-            dtype=np.int64,
-        )
+        self.state = np.zeros(1, dtype=SEARCH)
+        state = self.state[0]
+        for name in ("straight", "diagonal", "base", "least", "standing"):
+            state[name] = getattr(costs, name)
+        state["bits"] = max(0, most.bit_length() - (BUCKETS.bit_length() - 2))
+        state["columns"] = frame.columns
+        state["filled_high"] = frame.rows - 1
 
 
 @inlined
@@ -92,40 +116,42 @@ def _toll(price, cell, base):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _fill_tolls(price, bounds, filled, toll, columns, base):  # type: ignore[no-untyped-def]
+def _fill_tolls(price, bounds, toll, search):  # type: ignore[no-untyped-def]
     """Set the tolls of all rows that differ from those of an unknown map, or did before."""
-    for row in range(min(filled[0], bounds[0]), max(filled[1], bounds[1]) + 1):
+    columns = search.columns
+    for row in range(min(search.filled_low, bounds[0]), max(search.filled_high, bounds[1]) + 1):
         start = (row + 1) * (columns + 2) + 1
         for col in range(columns):
-            toll[start + col] = _toll(price, row * columns + col, base)
-    filled[0] = bounds[0]
-    filled[1] = bounds[1]
+            toll[start + col] = _toll(price, row * columns + col, search.base)
+    search.filled_low = bounds[0]
+    search.filled_high = bounds[1]
 
 
 @inlined
-def _put(queue, buckets, cell, bucket, current):  # type: ignore[no-untyped-def]
+def _put(nodes, buckets, cell, bucket, current):  # type: ignore[no-untyped-def]
     """Queue a cell; what is too far ahead waits in the last bucket."""
     slot = min(bucket, current + BUCKETS - 1) & (BUCKETS - 1)
     first = buckets[slot]
-    queue[cell, 0] = -1 - slot
-    queue[cell, 1] = first
-    queue[cell, 2] = bucket
+    node = nodes[cell]
+    node.before = -1 - slot
+    node.after = first
+    node.bucket = bucket
     if first >= 0:
-        queue[first, 0] = cell
+        nodes[first].before = cell
     buckets[slot] = cell
 
 
 @inlined
-def _take(queue, buckets, cell):  # type: ignore[no-untyped-def]
+def _take(nodes, buckets, cell):  # type: ignore[no-untyped-def]
     """Remove a cell from its bucket."""
-    before = queue[cell, 0]
-    after = queue[cell, 1]
+    before = nodes[cell].before
+    after = nodes[cell].after
     if before >= 0:
-        queue[before, 1] = after
+        nodes[before].after = after
     else:
         buckets[-1 - before] = after
     if after >= 0:
-        queue[after, 0] = before
+        nodes[after].before = before
 
 
 @inlined
@@ -146,28 +172,37 @@ def _way_out(cell, width, box, straight, diagonal, least):  # type: ignore[no-un
 
 
 @inlined
-def _flags(nodes, cell, now):  # type: ignore[no-untyped-def]
+def _flags(node, now):  # type: ignore[no-untyped-def]
     """The flags of a cell in search number `now`."""
-    mark = nodes[cell, 0]
-    return mark & ((1 << FLAG_BITS) - 1) if mark >> FLAG_BITS == now else 0
+    return node.mark & ((1 << FLAG_BITS) - 1) if node.mark >> FLAG_BITS == now else 0
 
 
 @inlined
-def _spread(toll, nodes, queue, buckets, now, seeds, waiting, box, width, lengths):  # type: ignore[no-untyped-def]
-    """Settle cells from the seeds until `waiting` starts, and all that cost no more, are."""
-    straight, diagonal, least, bits = lengths[0], lengths[1], lengths[2] + lengths[3], lengths[5]
+def _seed(nodes, buckets, seeds, box, width, search):  # type: ignore[no-untyped-def]
+    """Queue the seeds at cost 0; returns the first bucket and the number of open cells."""
+    least = search.base + search.least
     current = 1 << 40
     for seed in seeds:
-        current = min(current, _way_out(seed, width, box, straight, diagonal, least) >> bits)
+        out = _way_out(seed, width, box, search.straight, search.diagonal, least)
+        current = min(current, out >> search.bits)
     n = 0
     for seed in seeds:
-        flags = _flags(nodes, seed, now)
+        flags = _flags(nodes[seed], search.count)
         if not flags & OPEN:
-            nodes[seed, 0] = (now << FLAG_BITS) | flags | REACHED | OPEN
-            nodes[seed, 1] = 0
-            bucket = _way_out(seed, width, box, straight, diagonal, least) >> bits
-            _put(queue, buckets, seed, bucket, current)
+            nodes[seed].mark = (search.count << FLAG_BITS) | flags | REACHED | OPEN
+            nodes[seed].cost = 0
+            out = _way_out(seed, width, box, search.straight, search.diagonal, least)
+            _put(nodes, buckets, seed, out >> search.bits, current)
             n += 1
+    return current, n
+
+
+@inlined
+def _spread(toll, nodes, buckets, seeds, waiting, box, search):  # type: ignore[no-untyped-def]
+    """Settle cells from the seeds until `waiting` starts, and all that cost no more, are."""
+    straight, diagonal, bits = search.straight, search.diagonal, search.bits
+    least, now, width = search.base + search.least, search.count, search.columns + 2
+    current, n = _seed(nodes, buckets, seeds, box, width, search)
     bound = -1
     while n > 0:
         cell = buckets[current & (BUCKETS - 1)]
@@ -176,14 +211,15 @@ def _spread(toll, nodes, queue, buckets, now, seeds, waiting, box, width, length
             continue
         if waiting <= 0 and current > bound:
             break
-        _take(queue, buckets, cell)
-        if queue[cell, 2] > current:
-            _put(queue, buckets, cell, queue[cell, 2], current)
+        _take(nodes, buckets, cell)
+        node = nodes[cell]
+        if node.bucket > current:
+            _put(nodes, buckets, cell, node.bucket, current)
             continue
         n -= 1
-        flags = nodes[cell, 0]
-        nodes[cell, 0] = (flags | SETTLED) & ~OPEN
-        cost = nodes[cell, 1]
+        flags = node.mark
+        node.mark = (flags | SETTLED) & ~OPEN
+        cost = node.cost
         here = toll[cell]
         if flags & START:
             if not flags & SETTLED:
@@ -197,8 +233,8 @@ def _spread(toll, nodes, queue, buckets, now, seeds, waiting, box, width, length
         for d in range(8):
             new = cell + ROW_STEP[d] * width + COL_STEP[d]
             price = toll[new]
-            mark = nodes[new, 0]
-            flags = mark & ((1 << FLAG_BITS) - 1) if mark >> FLAG_BITS == now else 0
+            near = nodes[new]
+            flags = _flags(near, now)
             if price < 0:
                 walls |= 1 << d
                 if not flags & START:
@@ -210,30 +246,31 @@ def _spread(toll, nodes, queue, buckets, now, seeds, waiting, box, width, length
                     continue
                 length = diagonal
             total = cost + length * (here + price)
-            if not flags & REACHED or total < nodes[new, 1]:
+            if not flags & REACHED or total < near.cost:
                 if flags & OPEN:
-                    _take(queue, buckets, new)
+                    _take(nodes, buckets, new)
                 else:
                     n += 1
-                nodes[new, 0] = (now << FLAG_BITS) | flags | REACHED | OPEN
-                nodes[new, 1] = total
+                near.mark = (now << FLAG_BITS) | flags | REACHED | OPEN
+                near.cost = total
                 f = total + _way_out(new, width, box, straight, diagonal, least)
-                _put(queue, buckets, new, f >> bits, current)
+                _put(nodes, buckets, new, f >> bits, current)
     while n > 0:
         cell = buckets[current & (BUCKETS - 1)]
         while cell >= 0:
-            cell = queue[cell, 1]
+            cell = nodes[cell].after
             n -= 1
         buckets[current & (BUCKETS - 1)] = -1
         current += 1
 
 
 @inlined
-def _read_off(toll, nodes, now, width, lengths, start, route):  # type: ignore[no-untyped-def]
+def _read_off(toll, nodes, search, start, route):  # type: ignore[no-untyped-def]
     """Follow optimal moves from a settled start to cost 0; returns the number of cells."""
+    now, width = search.count, search.columns + 2
     n = 0
     cell = start
-    while nodes[cell, 1] > 0:
+    while nodes[cell].cost > 0:
         here = abs(toll[cell])
         walls = 0
         for d in range(8):
@@ -241,10 +278,10 @@ def _read_off(toll, nodes, now, width, lengths, start, route):  # type: ignore[n
             if toll[new] < 0:
                 walls |= 1 << d
                 continue
-            if walls & BETWEEN[d] or not _flags(nodes, new, now) & REACHED:
+            if walls & BETWEEN[d] or not _flags(nodes[new], now) & REACHED:
                 continue
-            length = lengths[1] if d >= DIAGONAL_FIRST else lengths[0]
-            if nodes[new, 1] + length * (here + toll[new]) == nodes[cell, 1]:
+            length = search.diagonal if d >= DIAGONAL_FIRST else search.straight
+            if nodes[new].cost + length * (here + toll[new]) == nodes[cell].cost:
                 cell = new
                 break
         else:
@@ -256,126 +293,125 @@ def _read_off(toll, nodes, now, width, lengths, start, route):  # type: ignore[n
     return n
 
 
+@inlined
+def _start_all(nodes, routes, i, search, box):  # type: ignore[no-untyped-def]
+    """Mark the starts of all robots that share i's map and goal; returns how many cells."""
+    width = search.columns + 2
+    waiting = 0
+    box[0], box[1], box[2], box[3] = 1 << 60, -1, 1 << 60, -1
+    for j in range(i, routes.shape[0]):
+        route = routes[j]
+        if route.need != 1 or route.wanted != routes[i].wanted or route.map != routes[i].map:
+            continue
+        route.need = 2
+        start = _padded(route.here, search.columns)
+        if not _flags(nodes[start], search.count) & START:
+            nodes[start].mark = (search.count << FLAG_BITS) | START
+            waiting += 1
+        box[0] = min(box[0], start // width)
+        box[1] = max(box[1], start // width)
+        box[2] = min(box[2], start % width)
+        box[3] = max(box[3], start % width)
+    return waiting
+
+
+@inlined
+def _read_all(toll, nodes, routes, cells, i, search, step, events):  # type: ignore[no-untyped-def]
+    """Read off the routes of all robots that the running search was for."""
+    goal = routes[i].wanted
+    for j in range(i, routes.shape[0]):
+        route = routes[j]
+        if route.need != 2:
+            continue
+        route.need = 0
+        route.goal = goal
+        route.at = 0
+        start = _padded(route.here, search.columns)
+        length = -1
+        if _flags(nodes[start], search.count) & SETTLED:
+            length = _read_off(toll, nodes, search, start, cells[j])
+        route.length = max(length, 0)
+        route.cost = nodes[start].cost if length >= 0 else -1
+        route.failed_until = 0 if length >= 0 else step + 10
+        note(events, ROUTE_EVENT, j, length, goal)
+
+
+@inlined
+def _toll_standing(price, toll, standing, search, more):  # type: ignore[no-untyped-def]
+    """Make the cells in which robots stand for long dearer, or put them back (`more` = 0)."""
+    for e in range(standing.shape[0]):
+        cell = standing[e]
+        if cell >= 0:
+            fresh = _toll(price, cell, search.base)
+            toll[_padded(cell, search.columns)] = fresh + (more if fresh >= 0 else -more)
+
+
 @kernel
 def plan_routes(  # type: ignore[no-untyped-def]
-    price, bounds, toll, filled, nodes, queue, buckets, searches, lengths, at_cell, dearer,
-    standing, docks, plan, route, route_cost, columns, step, events, count,
+    price, bounds, toll, nodes, buckets, state, standing, docks, routes, cells, step, events
 ):  # fmt: skip
     """Plan a route for every robot that needs one.
 
     Args:
-        price: int16[K, C], bounds: int64[K, 2]: see ``OccupancyGrids``.
-        toll, filled, nodes, queue, buckets, searches: scratch, see ``Search``.
-        lengths: int64[6], see ``Search``.
-        at_cell: int64[N], the cell that each robot believes to be in.
-        dearer: int64[K, n], cells in which robots stand for long, -1 for none.
-        standing: how many entries each row of `dearer` has at most.
+        price: int16[R, C], bounds: int64[R, 2]: see ``OccupancyGrids``.
+        toll, nodes, buckets, state: scratch, see ``Search``.
+        standing: int64[R, N], cells in which robots stand for long, -1 for none.
         docks: int64[k], cells near the charging stations.
-        plan: int64[N, columns], route: int32[N, longest], route_cost: int64[N]: ``RouteTable``.
-        columns: of the grid; step: the current step; events, count: see ``core.codes``.
+        routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
+        step: the current step; events: see ``EventLog``.
     """
-    robots = plan.shape[0]
-    width = columns + 2
-    base = lengths[2]
+    search = state[0]
     box = np.empty(4, dtype=np.int64)
     seeds = np.empty(max(1, docks.shape[0]), dtype=np.int64)
     loaded = -1
-    for i in range(robots):
-        if plan[i, NEED] != 1:
+    for i in range(routes.shape[0]):
+        if routes[i].need != 1:
             continue
-        m = i if price.shape[0] > 1 else 0
+        m = routes[i].map
         if m != loaded:
-            _fill_tolls(price[m], bounds[m], filled, toll, columns, base)
+            _fill_tolls(price[m], bounds[m], toll, search)
             loaded = m
-        goal = plan[i, WANTED]
-        for e in range(standing):
-            cell = dearer[m, e]
-            if cell >= 0:
-                fresh = _toll(price[m], cell, base)
-                more = lengths[4] if fresh >= 0 else -lengths[4]
-                toll[_padded(cell, columns)] = fresh + more
-        searches[0] += 1
-        now = searches[0]
-        waiting = 0
-        box[0], box[1], box[2], box[3] = price.shape[1], -1, price.shape[1], -1
-        # Everybody who shares this map and wants to get there too.
-        for j in range(i, robots):
-            if plan[j, NEED] != 1 or plan[j, WANTED] != goal:
-                continue
-            if price.shape[0] > 1 and j != i:
-                continue
-            plan[j, NEED] = 2
-            start = _padded(at_cell[j], columns)
-            if not _flags(nodes, start, now) & START:
-                nodes[start, 0] = (now << FLAG_BITS) | START
-                waiting += 1
-            box[0] = min(box[0], start // width)
-            box[1] = max(box[1], start // width)
-            box[2] = min(box[2], start % width)
-            box[3] = max(box[3], start % width)
+        goal = routes[i].wanted
+        _toll_standing(price[m], toll, standing[m], search, search.standing)
+        search.count += 1
+        waiting = _start_all(nodes, routes, i, search, box)
         n = 0
         for s in range(docks.shape[0] if goal == STATION else 1):
             seed = docks[s] if goal == STATION else goal
             if price[m, seed] >= 0:
-                seeds[n] = _padded(seed, columns)
+                seeds[n] = _padded(seed, search.columns)
                 n += 1
-        _spread(toll, nodes, queue, buckets, now, seeds[:n], waiting, box, width, lengths)
-        for j in range(i, robots):
-            if plan[j, NEED] != 2:
-                continue
-            plan[j, NEED] = 0
-            plan[j, GOAL] = goal
-            plan[j, AT] = 0
-            start = _padded(at_cell[j], columns)
-            length = -1
-            if _flags(nodes, start, now) & SETTLED:
-                length = _read_off(toll, nodes, now, width, lengths, start, route[j])
-            plan[j, LENGTH] = max(length, 0)
-            route_cost[j] = nodes[start, 1] if length >= 0 else -1
-            plan[j, FAILED_UNTIL] = 0 if length >= 0 else step + 10
-            events[count[0], 0] = ROUTE
-            events[count[0], 1] = j
-            events[count[0], 2] = length
-            events[count[0], 3] = goal
-            count[0] += 1
-        for e in range(standing):
-            cell = dearer[m, e]
-            if cell >= 0:
-                toll[_padded(cell, columns)] = _toll(price[m], cell, base)
+        _spread(toll, nodes, buckets, seeds[:n], waiting, box, search)
+        _read_all(toll, nodes, routes, cells, i, search, step, events)
+        _toll_standing(price[m], toll, standing[m], search, 0)
 
 
 @kernel
-def route_cost_field(  # type: ignore[no-untyped-def]
-    price, bounds, toll, filled, nodes, queue, buckets, searches, lengths, start, targets, at_most,
-    columns, found,
-):  # fmt: skip
+def route_cost_field(price, bounds, toll, nodes, buckets, state, start, targets, at_most, found):  # type: ignore[no-untyped-def]
     """Costs of the best routes from one cell to many: a search that spreads from the start.
 
     Args:
-        price: int16[C], bounds: int64[2]: one map; toll, filled, nodes, queue, buckets, searches:
-            scratch, see ``Search``.
-        lengths: int64[6], see ``Search``.
+        price: int16[C], bounds: int64[2]: one map; toll, nodes, buckets, state: scratch, see
+            ``Search``.
         start: flat cell; targets: int64[n], flat cells.
-        at_most: the search stops once so many targets (and all at equal cost) are settled.
-        columns: of the grid.
+        at_most: the search stops once this many targets (and all at equal cost) are settled.
         found: int64[n], written: the cost for each target, -1 where it was not settled.
     """
-    width = columns + 2
-    _fill_tolls(price, bounds, filled, toll, columns, lengths[2])
-    searches[0] += 1
-    now = searches[0]
+    search = state[0]
+    _fill_tolls(price, bounds, toll, search)
+    search.count += 1
     waiting = 0
     for t in range(targets.shape[0]):
-        cell = _padded(targets[t], columns)
-        if price[targets[t]] >= 0 and not _flags(nodes, cell, now) & START:
-            nodes[cell, 0] = (now << FLAG_BITS) | START
+        cell = _padded(targets[t], search.columns)
+        if price[targets[t]] >= 0 and not _flags(nodes[cell], search.count) & START:
+            nodes[cell].mark = (search.count << FLAG_BITS) | START
             waiting += 1
     waiting = min(waiting, at_most)
     # A box over everything: no heuristic, so cells are settled in the order of their cost.
     box = np.array([0, price.shape[0], 0, price.shape[0]], dtype=np.int64)
-    seeds = np.array([_padded(start, columns)], dtype=np.int64)
+    seeds = np.array([_padded(start, search.columns)], dtype=np.int64)
     if waiting > 0:
-        _spread(toll, nodes, queue, buckets, now, seeds, waiting, box, width, lengths)
+        _spread(toll, nodes, buckets, seeds, waiting, box, search)
     for t in range(targets.shape[0]):
-        cell = _padded(targets[t], columns)
-        found[t] = nodes[cell, 1] if _flags(nodes, cell, now) & SETTLED else -1
+        node = nodes[_padded(targets[t], search.columns)]
+        found[t] = node.cost if _flags(node, search.count) & SETTLED else -1

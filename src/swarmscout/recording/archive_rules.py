@@ -8,13 +8,14 @@ from swarmscout.core.errors import RunError
 from swarmscout.destinations.registry import SELECTORS
 from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.table_files import write_whole
+from swarmscout.robots.sensors.registry import SENSORS
 from swarmscout.teams.registry import POLICIES
 
 __all__ = ["keep_rules"]
 
 
 def keep_rules(scenario: Scenario, base: Path | None, folder: Path) -> Scenario:
-    """Copy the files of a selector and a policy that a user wrote.
+    """Copy the files of a selector, a policy and a sensor that a user wrote.
 
     Args:
         scenario: the mission's scenario.
@@ -28,21 +29,30 @@ def keep_rules(scenario: Scenario, base: Path | None, folder: Path) -> Scenario:
     Raises:
         RunError: a copy cannot be written.
     """
-    selector, policy = scenario.destinations, scenario.teams.policy
-    rule = SELECTORS.file(selector, base)
-    if rule is not None:
-        _copy(rule, folder / rule.name)
-        named = {"destinations": f"{rule.name}:{selector.rpartition(':')[2]}"}
-        scenario = scenario.model_copy(update=named)
-    sizes = POLICIES.file(policy, base)
-    if sizes is not None:
+    copied: dict[str, Path] = {}
+
+    def keep(kind: str, rule: str, file: Path | None) -> str:
+        if file is None:
+            return rule
         # Two files of the same name can lie in different folders.
-        clash = rule is not None and rule.name == sizes.name and rule.resolve() != sizes.resolve()
-        name = f"policy_{sizes.name}" if clash else sizes.name
-        _copy(sizes, folder / name)
-        teams = scenario.teams.model_copy(update={"policy": f"{name}:{policy.rpartition(':')[2]}"})
-        scenario = scenario.model_copy(update={"teams": teams})
-    return scenario
+        name = file.name
+        if copied.setdefault(name, file.resolve()) != file.resolve():
+            name = f"{kind}_{name}"
+            copied[name] = file.resolve()
+        _copy(file, folder / name)
+        return f"{name}:{rule.rpartition(':')[2]}"
+
+    selector, policy, model = scenario.destinations, scenario.teams.policy, scenario.sensor.model
+    selector = keep("selector", selector, SELECTORS.file(selector, base))
+    policy = keep("policy", policy, POLICIES.file(policy, base))
+    model = keep("sensor", model, SENSORS.file(model, base))
+    return scenario.model_copy(
+        update={
+            "destinations": selector,
+            "teams": scenario.teams.model_copy(update={"policy": policy}),
+            "sensor": scenario.sensor.model_copy(update={"model": model}),
+        }
+    )
 
 
 def _copy(file: Path, to: Path) -> None:

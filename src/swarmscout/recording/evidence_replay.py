@@ -4,7 +4,29 @@ from __future__ import annotations
 
 from swarmscout.core.jit import kernel
 
-__all__ = ["take_in"]
+__all__ = ["merge_versions", "take_in"]
+
+
+@kernel
+def merge_versions(known, length, links, merged):  # type: ignore[no-untyped-def]
+    """What everybody knows after one round of contacts, all at the same time.
+
+    Args:
+        known: int64[N, N], before; length: int64[N], how long each robot's own log is.
+        links: bool[N, N]: links[i, j] says that i hears j.
+        merged: int64[N, N], written: after.
+    """
+    robots = known.shape[0]
+    for i in range(robots):
+        for k in range(robots):
+            merged[i, k] = known[i, k]
+        merged[i, i] = length[i]
+        for j in range(robots):
+            if j == i or not links[i, j]:
+                continue
+            for k in range(robots):
+                heard = length[j] if k == j else known[j, k]
+                merged[i, k] = max(merged[i, k], heard)
 
 
 @kernel

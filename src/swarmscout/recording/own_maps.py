@@ -2,7 +2,7 @@
 
 Where links are limited, robots know different things. A run keeps what each robot's own log of
 evidence gained in each step and every change of the links: both are small, and from them each
-robot's map at any step follows exactly, by the same rule as in the mission (``mapping.exchange``).
+robot's map at any step follows exactly, by the same rule as in the mission (``comms.exchange``).
 Versions are counted in steps here: all that a robot had logged when a step ended travels together.
 """
 
@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError
 from swarmscout.core.grid import GridFrame
-from swarmscout.mapping.exchange import merge_versions
 from swarmscout.mapping.log_odds import InverseSensorModel
 from swarmscout.mission.build import make_model
 
@@ -155,7 +154,7 @@ class OwnMaps:
     def advance(self, step: int) -> None:
         """Bring the maps forward to a step, at most the last that was gathered."""
         # Late: a mission does not need this kernel, and should not wait for it or speak of it.
-        from swarmscout.recording.evidence_replay import take_in
+        from swarmscout.recording.evidence_replay import merge_versions, take_in
 
         merged = np.empty_like(self.versions)
         gathered = self._gathered

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from swarmscout.recording.table_files import read_table
 from swarmscout.reproduction.options import Options, said_of, study_named
 from swarmscout.studies.comparison import Pairs, arms_of, compare
-from swarmscout.studies.figures import curves_figure, style_of
-from swarmscout.studies.formatting import p_words, with_interval
+from swarmscout.studies.formatting import p_text, with_interval
 from swarmscout.studies.intervals import Estimate, by_unit, mean_interval
 from swarmscout.studies.report import write_report
 from swarmscout.studies.report_elements import Block, Heading, Picture, Table, Text
+from swarmscout.studies.report_figures import curves_figure, style_of
 from swarmscout.studies.study import Study
-from swarmscout.studies.table import curves
 
 __all__ = ["llm_vs_baseline", "target_stats"]
 
@@ -29,9 +28,11 @@ def llm_vs_baseline(options: Options) -> list[Block]:
     options.run_study(study)
     write_report(study)
     frame = study.frame()
-    areas = curves(study, frame)
+    areas = study.curves()
     arms = arms_of(study, frame, "explored_m2")
-    figure = curves_figure(arms, areas, study.compared.labels)
+    figure = curves_figure(
+        arms, areas, study.compared.labels, [axis.name for axis in study.settings]
+    )
     figure.suptitle(f"“LLM” {said_of(options)}", fontsize="small")
     rule = options.selector.rpartition(":")[2]
     pairs = compare(study, frame)
@@ -75,7 +76,7 @@ def _ratios(pairs: Sequence[Pairs]) -> Table:
     rows = [
         [
             str(p.setting[0]), f"`{p.label}`", str(p.n), with_interval(p.ratio),
-            with_interval(p.difference, sign=True), p_words(p.p_holm),
+            with_interval(p.difference, sign=True), p_text(p.p_holm),
         ]
         for p in pairs
     ]  # fmt: skip

@@ -12,6 +12,7 @@ from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.reproduction.drawing import draw_probabilities, draw_robots, known_window
 from swarmscout.reproduction.options import Options, run_mission
+from swarmscout.robots.bodies import TICKS
 from swarmscout.studies.report_elements import Block, Picture, Text
 
 __all__ = ["gridmap", "sensor"]
@@ -28,13 +29,14 @@ def sensor(options: Options) -> list[Block]:
     for _ in range(20 if options.quick else 120):
         before = mission.bodies.pose.copy()
         mission.step()
-        met = np.isfinite(mission.senses.ranges)
-        reached = np.where(met, mission.senses.ranges, 0.0).sum(axis=1)
-        reached[met.sum(axis=1) > scenario.sensor.rays - 2] = 0.0  # Free rays are to be seen, too.
+        scan = mission.sensing.last
+        met = np.isfinite(scan.ranges)
+        reached = np.where(met, scan.ranges, 0.0).sum(axis=1)
+        reached[met.sum(axis=1) > met.shape[1] - 2] = 0.0  # Free rays are to be seen, too.
         robot = int(reached.argmax())
         if reached[robot] > best:
             best, pose = float(reached[robot]), before[robot]
-            ranges = mission.senses.ranges[robot].copy()
+            ranges = scan.ranges[robot]
     assert pose is not None
     assert ranges is not None
     figure = Figure(figsize=(4.6, 4.6), layout="constrained")
@@ -45,9 +47,9 @@ def sensor(options: Options) -> list[Block]:
         interpolation="nearest",
     )  # fmt: skip
     x, y, heading = pose
-    fan = math.radians(scenario.sensor.fan_deg)
-    for angle, measured in zip(np.linspace(-fan, fan, scenario.sensor.rays), ranges, strict=True):
-        length = measured if math.isfinite(measured) else scenario.sensor.range_m
+    for tick, measured in zip(scan.directions.tolist(), ranges, strict=True):
+        angle = 2.0 * math.pi * tick / TICKS
+        length = measured if math.isfinite(measured) else scan.max_range_m
         end = x + length * math.cos(heading + angle), y + length * math.sin(heading + angle)
         colour = "#d55e00" if math.isfinite(measured) else "#0072b2"
         axes.plot([x, end[0]], [y, end[1]], color=colour, linewidth=1.3)
@@ -63,8 +65,9 @@ def sensor(options: Options) -> list[Block]:
     return [
         Text(
             f"**The paper:** a robot of 0.3 m with nine rays, 70° to the left and right, at most "
-            f"1 m long. **Here:** {scenario.sensor.rays} rays over ±{scenario.sensor.fan_deg:g}°, "
-            f"{scenario.sensor.range_m:g} m, a robot of {2 * radius:g} m; one scan of a mission in "
+            f"1 m long. **Here:** {len(ranges)} rays over "
+            f"±{360.0 * scan.directions.max() / TICKS:g}°, {scan.max_range_m:g} m, "
+            f"a robot of {2 * radius:g} m; one scan of a mission in "
             f"`{world.name}` (seed {scenario.seed}), in which "
             f"{int(np.isfinite(ranges).sum())} rays met a wall."
         ),

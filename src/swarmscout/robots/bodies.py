@@ -9,10 +9,18 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TICKS", "Bodies", "heading_table", "place_bodies", "to_ticks"]
+__all__ = ["CAPABILITIES", "TICKS", "TOUCH", "Bodies", "heading_table", "place_bodies", "to_ticks"]
 
 TICKS = 3600
 """Headings are counted in tenths of a degree, so that turning never accumulates rounding errors."""
+
+CAPABILITIES = np.dtype(
+    [("drive", "?"), ("sense", "?"), ("send", "?"), ("hear", "?"), ("think", "?")]
+)
+"""What a robot can do, each on its own; one without charge can only hear."""
+
+TOUCH = np.dtype([("dx_m", "f8"), ("dy_m", "f8"), ("kind", "i8"), ("robot", "i8")], align=True)
+"""What the last move touched: a code of contact, where from the centre (walls), and a robot."""
 
 
 def to_ticks(angle_deg: float) -> int:
@@ -44,18 +52,25 @@ class Bodies:
         heading: int64[N], counter-clockwise from +x in ticks of 0.1°, in [0, 3600).
         charge: float64[N], charge left, in steps.
         alive: bool[N], False once the charge is gone: such a robot does nothing any more.
-        contact: int64[N], what the last move touched: 0 nothing, 1 a wall, 2 a robot.
-        contact_offset: float64[N, 2], where it touched a wall, seen from its centre, in metres.
-        touched: int64[N], which robot it touched, or -1.
+        can: CAPABILITIES[N], what works of each robot.
+        touch: TOUCH[N], what the last move touched.
+        seed: the mission's: noise comes from ``stream(bodies.seed, purpose, step)``.
+        radius_m: of every robot, in metres.
     """
 
     position: NDArray[np.float64]
     heading: NDArray[np.int64]
     charge: NDArray[np.float64]
     alive: NDArray[np.bool_]
-    contact: NDArray[np.int64]
-    contact_offset: NDArray[np.float64]
-    touched: NDArray[np.int64]
+    can: NDArray[np.void]
+    touch: NDArray[np.void]
+    seed: int = 0
+    radius_m: float = 0.15
+
+    @property
+    def contact(self) -> NDArray[np.int64]:
+        """int64[N], what the last move touched: 0 nothing, 1 a wall, 2 a robot."""
+        return self.touch["kind"]
 
     @property
     def pose(self) -> NDArray[np.float64]:
@@ -67,14 +82,20 @@ class Bodies:
 
 
 def place_bodies(
-    position: NDArray[np.float64], heading: NDArray[np.int64], charge: NDArray[np.float64]
+    position: NDArray[np.float64],
+    heading: NDArray[np.int64],
+    charge: NDArray[np.float64],
+    *,
+    seed: int = 0,
+    radius_m: float = 0.15,
 ) -> Bodies:
-    """Robots that stand where they are put.
+    """Robots at given places, all of them alive and sound.
 
     Args:
         position: float64[N, 2] centres in metres.
         heading: int64[N] headings in ticks.
         charge: float64[N] charge in steps.
+        seed, radius_m: see :class:`Bodies`.
     """
     robots = len(position)
     return Bodies(
@@ -82,7 +103,8 @@ def place_bodies(
         heading=np.ascontiguousarray(heading, dtype=np.int64) % TICKS,
         charge=np.ascontiguousarray(charge, dtype=np.float64),
         alive=np.ones(robots, dtype=np.bool_),
-        contact=np.zeros(robots, dtype=np.int64),
-        contact_offset=np.zeros((robots, 2)),
-        touched=np.full(robots, -1, dtype=np.int64),
+        can=np.ones(robots, dtype=CAPABILITIES),
+        touch=np.array([(0.0, 0.0, 0, -1)] * robots, dtype=TOUCH),
+        seed=seed,
+        radius_m=radius_m,
     )

@@ -17,37 +17,27 @@ from swarmscout.core.jit import inlined, kernel
 from swarmscout.robots.bodies import Bodies
 from swarmscout.worlds.world import World
 
-__all__ = ["Neighbourhood", "carry_out", "move"]
+__all__ = ["MOTION", "Motion", "move"]
 
 
-class Neighbourhood:
-    """Buckets over the world, so that a robot looks for others only where they can be.
+MOTION = np.dtype(
+    [
+        ("origin_x_m", "f8"),  # of the world's raster
+        ("origin_y_m", "f8"),
+        ("resolution_m", "f8"),
+        ("edge_m", "f8"),  # of a bucket: at least what two robots can cover towards each other
+        ("bucket_rows", "i8"),
+        ("bucket_columns", "i8"),
+        ("radius_m", "f8"),
+        ("forward_m", "f8"),
+        ("turn_ticks", "i8"),
+    ],
+    align=True,
+)
+"""The raster, buckets over it, and the robots' body."""
 
-    Attributes:
-        edge_m: edge of a bucket: at least what two robots can cover towards each other in a step.
-        shape: ``(rows, columns)`` of buckets.
-        first: int64[buckets], the first robot in each bucket, or -1 (kept so between steps).
-        following: int64[N], the next robot in the same bucket, or -1.
-        before: float64[N, 2], positions at the start of the step.
-    """
-
-    def __init__(
-        self,
-        extent: tuple[float, float, float, float],
-        robots: int,
-        radius_m: float,
-        forward_m: float,
-    ) -> None:
-        left, right, bottom, top = extent
-        self.edge_m = max(1.0, 2.0 * radius_m + 2.0 * forward_m + 1e-6)
-        self.shape = (
-            math.ceil((top - bottom) / self.edge_m) + 1,
-            math.ceil((right - left) / self.edge_m) + 1,
-        )
-        self.origin_m = (left, bottom)
-        self.first = np.full(self.shape[0] * self.shape[1], -1, dtype=np.int64)
-        self.following = np.full(robots, -1, dtype=np.int64)
-        self.before = np.zeros((robots, 2))
+NEIGHBOUR = np.dtype([("x_m", "f8"), ("y_m", "f8"), ("following", "i8")], align=True)
+"""Where a robot was at the start of the step, and the next robot in its bucket, or -1."""
 
 
 @inlined
@@ -131,107 +121,142 @@ def _wall_on_way(free, ox, oy, res, x, y, dx, dy, radius, at):  # type: ignore[n
     return nearest < np.inf
 
 
-@kernel
-def move(  # type: ignore[no-untyped-def]
-    free, ox, oy, res,
-    position, heading, alive, action, contact, contact_offset, touched,
-    first, following, before, bucket_rows, bucket_columns, left, bottom, edge,
-    radius, forward, turn, table, step,
-):  # fmt: skip
-    """Carry out one action per robot; see :class:`Bodies` and :class:`Neighbourhood`.
+@inlined
+def _bucket(x, y, rules):  # type: ignore[no-untyped-def]
+    """Row and column of the bucket that a point lies in."""
+    return (
+        int((y - rules.origin_y_m) / rules.edge_m),
+        int((x - rules.origin_x_m) / rules.edge_m),
+    )
 
-    Who goes first rotates with the step, so that no robot always gives way. A robot takes those
+
+@inlined
+def _robot_on_way(i, dx, dy, position, first, neighbours, rules):  # type: ignore[no-untyped-def]
+    """The lowest robot that i touches on its way by (dx, dy), or -1."""
+    x = neighbours[i].x_m
+    y = neighbours[i].y_m
+    apart2 = (2.0 * rules.radius_m - 1e-9) ** 2
+    row, col = _bucket(x, y, rules)
+    touched = -1
+    for near_row in range(max(0, row - 1), min(rules.bucket_rows, row + 2)):
+        for near_col in range(max(0, col - 1), min(rules.bucket_columns, col + 2)):
+            j = first[near_row * rules.bucket_columns + near_col]
+            while j >= 0:
+                # Seen from j, robot i moves from (x - xj, y - yj) by the relative motion.
+                rx = dx - (position[j, 0] - neighbours[j].x_m)
+                ry = dy - (position[j, 1] - neighbours[j].y_m)
+                if (
+                    j != i
+                    and _way_distance2(x, y, rx, ry, neighbours[j].x_m, neighbours[j].y_m) < apart2
+                    and (touched < 0 or j < touched)
+                ):
+                    touched = j
+                j = neighbours[j].following
+    return touched
+
+
+@kernel
+def move(free, position, heading, can, touch, action, first, neighbours, headings, rules, step):  # type: ignore[no-untyped-def]
+    """Carry out one action per robot.
+
+    Which robot goes first rotates with the step, so that none always gives way. A robot takes those
     before it in the order as they really moved and the others as standing; they in turn check
     against its real move, so every pair is checked in full.
 
     Args:
-        action: int64[N], codes STOP, FORWARD, LEFT, RIGHT; ignored where not alive.
-        radius, forward: metres. turn: ticks. table: float64[3600, 2] of (cos, sin).
+        free: uint8[rows, columns], the world's raster.
+        position, heading, can, touch: see ``Bodies``; written.
+        action: int64[N], codes STOP, FORWARD, LEFT, RIGHT; ignored where a robot cannot drive.
+        first: int64[buckets], scratch, the first robot in each bucket; all -1 between steps.
+        neighbours: NEIGHBOUR[N], scratch.
+        headings: float64[3600, 2] of (cos, sin); rules: MOTION[1]; step: the current step.
     """
+    rules = rules[0]
     robots = position.shape[0]
-    ticks = table.shape[0]
+    ticks = headings.shape[0]
     for i in range(robots):
-        before[i, 0] = position[i, 0]
-        before[i, 1] = position[i, 1]
-        contact[i] = NO_CONTACT
-        touched[i] = -1
-        bucket = int((before[i, 1] - bottom) / edge) * bucket_columns
-        bucket += int((before[i, 0] - left) / edge)
-        following[i] = first[bucket]
-        first[bucket] = i
-    apart2 = (2.0 * radius - 1e-9) ** 2
+        neighbours[i].x_m = position[i, 0]
+        neighbours[i].y_m = position[i, 1]
+        touch[i].kind = NO_CONTACT
+        touch[i].robot = -1
+        row, col = _bucket(position[i, 0], position[i, 1], rules)
+        neighbours[i].following = first[row * rules.bucket_columns + col]
+        first[row * rules.bucket_columns + col] = i
+    at = np.empty(2)
     for k in range(robots):
         i = (k + step) % robots
-        if not alive[i]:
+        if not can[i].drive:
             continue
         if action[i] == LEFT:
-            heading[i] = (heading[i] + turn) % ticks
+            heading[i] = (heading[i] + rules.turn_ticks) % ticks
         elif action[i] == RIGHT:
-            heading[i] = (heading[i] - turn) % ticks
+            heading[i] = (heading[i] - rules.turn_ticks) % ticks
         if action[i] != FORWARD:
             continue
-        x = before[i, 0]
-        y = before[i, 1]
-        dx = forward * table[heading[i], 0]
-        dy = forward * table[heading[i], 1]
-        if _wall_on_way(free, ox, oy, res, x, y, dx, dy, radius, contact_offset[i]):
-            contact[i] = WALL_CONTACT
-            contact_offset[i, 0] -= x
-            contact_offset[i, 1] -= y
+        x = neighbours[i].x_m
+        y = neighbours[i].y_m
+        dx = rules.forward_m * headings[heading[i], 0]
+        dy = rules.forward_m * headings[heading[i], 1]
+        if _wall_on_way(
+            free, rules.origin_x_m, rules.origin_y_m, rules.resolution_m, x, y, dx, dy,
+            rules.radius_m, at,
+        ):  # fmt: skip
+            touch[i].kind = WALL_CONTACT
+            touch[i].dx_m = at[0] - x
+            touch[i].dy_m = at[1] - y
             continue
-        row = int((y - bottom) / edge)
-        col = int((x - left) / edge)
-        for near_row in range(max(0, row - 1), min(bucket_rows, row + 2)):
-            for near_col in range(max(0, col - 1), min(bucket_columns, col + 2)):
-                j = first[near_row * bucket_columns + near_col]
-                while j >= 0:
-                    if j != i:
-                        # Seen from j, robot i moves from (x - xj, y - yj) by the relative motion.
-                        rx = dx - (position[j, 0] - before[j, 0])
-                        ry = dy - (position[j, 1] - before[j, 1])
-                        gap2 = _way_distance2(x, y, rx, ry, before[j, 0], before[j, 1])
-                        if gap2 < apart2:
-                            contact[i] = ROBOT_CONTACT
-                            # Of several the first, so that buckets do not matter.
-                            if touched[i] < 0 or j < touched[i]:
-                                touched[i] = j
-                    j = following[j]
-        if contact[i] == NO_CONTACT:
+        touch[i].robot = _robot_on_way(i, dx, dy, position, first, neighbours, rules)
+        if touch[i].robot >= 0:
+            touch[i].kind = ROBOT_CONTACT
+        else:
             position[i, 0] = x + dx
             position[i, 1] = y + dy
     for i in range(robots):
-        bucket = int((before[i, 1] - bottom) / edge) * bucket_columns
-        bucket += int((before[i, 0] - left) / edge)
-        first[bucket] = -1
+        row, col = _bucket(neighbours[i].x_m, neighbours[i].y_m, rules)
+        first[row * rules.bucket_columns + col] = -1
 
 
-def carry_out(
-    action: NDArray[np.int64],
-    bodies: Bodies,
-    world: World,
-    near: Neighbourhood,
-    radius_m: float,
-    forward_m: float,
-    turn_ticks: int,
-    headings: NDArray[np.float64],
-    step: int,
-) -> None:
-    """Phase 8 of a step: every living robot stops, drives, or turns; see :func:`move`.
+class Motion:
+    """Phase 8 of a step: every robot that can drive stops, drives, or turns; see :func:`move`.
 
     Args:
-        action: int64[N].
-        bodies: moved.
-        world: what they may touch.
-        near: buckets over the world.
-        radius_m, forward_m, turn_ticks: of every robot.
+        world: what robots may touch.
+        robots: N.
+        radius_m, forward_m: metres. turn_ticks: of one rotation.
         headings: float64[3600, 2], (cos, sin).
-        step: the current step.
+        edge_m: edge of the buckets in which robots look for each other; by default what two robots
+            can cover towards each other in a step.
     """
-    (ox, oy), (rows, columns), (left, bottom) = world.origin_m, near.shape, near.origin_m
-    move(
-        world.free, ox, oy, world.resolution_m,
-        bodies.position, bodies.heading, bodies.alive, action,
-        bodies.contact, bodies.contact_offset, bodies.touched,
-        near.first, near.following, near.before, rows, columns, left, bottom, near.edge_m,
-        radius_m, forward_m, turn_ticks, headings, step,
-    )  # fmt: skip
+
+    def __init__(
+        self,
+        world: World,
+        robots: int,
+        radius_m: float,
+        forward_m: float,
+        turn_ticks: int,
+        headings: NDArray[np.float64],
+        *,
+        edge_m: float | None = None,
+    ) -> None:
+        left, right, bottom, top = world.extent
+        edge_m = edge_m or max(1.0, 2.0 * radius_m + 2.0 * forward_m + 1e-6)
+        rows = math.ceil((top - bottom) / edge_m) + 1
+        columns = math.ceil((right - left) / edge_m) + 1
+        values = (left, bottom, world.resolution_m, edge_m, rows, columns)
+        self._rules = np.array([(*values, radius_m, forward_m, turn_ticks)], dtype=MOTION)
+        self._free = world.free
+        self._first = np.full(rows * columns, -1, dtype=np.int64)
+        self._neighbours = np.zeros(robots, dtype=NEIGHBOUR)
+        self._headings = headings
+
+    def carry_out(self, action: NDArray[np.int64], bodies: Bodies, step: int) -> None:
+        """Move the bodies.
+
+        Args:
+            action: int64[N]. bodies: moved. step: the current step.
+        """
+        move(
+            self._free, bodies.position, bodies.heading, bodies.can, bodies.touch, action,
+            self._first, self._neighbours, self._headings, self._rules, step,
+        )  # fmt: skip

@@ -1,1 +1,1 @@
-"""Studies: many missions compared honestly, from a file that says what is asked."""
+"""Studies: many missions compared, as declared in a study file."""

@@ -1,7 +1,7 @@
-"""A study's table compared: every value of the compared axis with the baseline, in pairs.
+"""Paired comparison of every value of the compared axis with the baseline.
 
-A pair is two missions that agree in world, seed and every other axis. Pairs that lack a partner are
-left out and counted.
+A pair is two missions that agree in world, seed and every other axis. Missions without a partner
+are left out and counted.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from swarmscout.studies.intervals import (
     interquartile_mean,
     interquartile_value,
     mean_interval,
+    mean_over_units,
+    ratio_over_units,
     share_interval,
     sign_flip_p,
 )
@@ -32,22 +34,22 @@ if TYPE_CHECKING:
 
     from swarmscout.studies.study import Study
 
-__all__ = ["Arm", "Pairs", "arms_of", "compare", "compare_arms", "metric_of"]
+__all__ = ["Arm", "Pairs", "arms_of", "compare", "compare_arms", "metric_of", "pair_keys"]
 
 Label = str | int | float | bool
 
 
 @dataclass(frozen=True)
 class Arm:
-    """Missions of one setting and one compared value.
+    """The finished missions of one combination: a setting and a compared value.
 
     Attributes:
         setting: labels of the axes that are neither compared nor a place.
         label: the compared value.
-        rows: int64[n], rows of the study's table, finished missions alone.
+        rows: int64[n], their rows in the study's table.
         worlds: the world of each.
         values: float64[n], the metric.
-        mean: over units.
+        mean: mean over units.
     """
 
     setting: tuple[Label, ...]
@@ -59,7 +61,7 @@ class Arm:
 
     @property
     def middle(self) -> Estimate:
-        """Interquartile mean: of all missions, or the mean of those of each world."""
+        """Interquartile mean of the missions; of several worlds, the mean of theirs."""
         if len(set(self.worlds)) <= 1:
             return interquartile_mean(self.values)
         units = by_unit(self.values, self.worlds)
@@ -82,12 +84,12 @@ class Pairs:
         differences: float64[n], metric less that of the partner.
         base: float64[n], the partner's metric.
         worlds: of each pair.
-        lacking: pairs left out because one of the two is not finished or has no such number.
+        lacking: pairs left out because one of the two is not finished or has no such value.
         difference: mean difference.
-        ratio: mean of the pairs' ratios; without a value where a partner's metric is not above 0.
-        improvement: share of pairs in which it is better, ties half.
-        p: of no difference at all.
-        p_holm: adjusted for all comparisons of the study.
+        ratio: mean of the pairs' ratios; NaN where a partner's metric is not above 0.
+        improvement: share of pairs in which it is better; ties count half.
+        p: p-value of no difference.
+        p_holm: `p` adjusted for all comparisons of the study.
     """
 
     setting: tuple[Label, ...]
@@ -110,20 +112,20 @@ class Pairs:
 
     @property
     def unit(self) -> str:
-        """What was drawn independently: ``worlds`` or ``seeds``."""
+        """The independent units: ``worlds`` or ``seeds``."""
         return "worlds" if len(set(self.worlds)) > 1 else "seeds"
 
     @property
     def too_few(self) -> bool:
-        """Whether the interval rests on so few units that it deserves a warning."""
+        """Whether the interval rests on fewer units than intervals should."""
         return self.difference.units < FEW_UNITS
 
 
 def metric_of(study: Study, frame: pl.DataFrame, metric: str) -> NDArray[np.float64]:
-    """float64[missions]: a metric, NaN where there is none.
+    """float64[missions]: a metric, NaN where a mission has none.
 
-    A time that was not reached counts as the mission's length: it is a mean restricted to it. What
-    is lost by that, :mod:`swarmscout.studies.survival` shows.
+    A time that was not reached counts as the mission's length, so its mean is a restricted mean;
+    :mod:`swarmscout.studies.survival` treats such times as censored.
     """
     import polars as pl
 
@@ -139,7 +141,7 @@ def metric_of(study: Study, frame: pl.DataFrame, metric: str) -> NDArray[np.floa
 
 
 def arms_of(study: Study, frame: pl.DataFrame, metric: str) -> list[Arm]:
-    """The finished missions of each setting and compared value, in the file's order."""
+    """The finished missions of each combination, in the file's order."""
     values = metric_of(study, frame, metric)
     setting_columns = [frame[axis.name].to_list() for axis in study.settings]
     labels = frame[study.compared.name].to_list()
@@ -155,8 +157,7 @@ def arms_of(study: Study, frame: pl.DataFrame, metric: str) -> list[Arm]:
     for (setting, label), rows in groups.items():
         chosen = np.array(rows, dtype=np.int64)
         its_worlds = [worlds[row] for row in rows]
-        units = by_unit(values[chosen], its_worlds)
-        mean = mean_interval([float(unit.mean()) for unit in units])
+        mean = mean_over_units(values[chosen], its_worlds)
         found.append(Arm(setting, label, chosen, its_worlds, values[chosen], mean))
     places = {setting: at for at, setting in enumerate(dict.fromkeys(arm.setting for arm in found))}
     return sorted(found, key=lambda arm: (places[arm.setting], order[arm.label]))
@@ -168,7 +169,7 @@ def compare(study: Study, frame: pl.DataFrame, metric: str | None = None) -> lis
     Args:
         study: the study.
         frame: its table.
-        metric: instead of the declared one.
+        metric: the metric to compare; None for the declared one.
     """
     found = [pairs for pairs, _ in compare_arms(study, frame, metric, alone=False)]
     adjusted = holm([pairs.p for pairs in found])
@@ -178,11 +179,11 @@ def compare(study: Study, frame: pl.DataFrame, metric: str | None = None) -> lis
 def compare_arms(
     study: Study, frame: pl.DataFrame, metric: str | None = None, *, alone: bool = True
 ) -> list[tuple[Pairs, list[Pairs]]]:
-    """Every comparison: over all worlds, and (when there are several) in each world alone."""
+    """Every comparison: over all worlds and, of several worlds, in each one."""
     name = metric or study.declared.metric
     sign = METRICS[name].better or 1
     values = metric_of(study, frame, name)
-    keys = _pair_keys(study, frame)
+    keys = pair_keys(study, frame)
     settings = [frame[axis.name].to_list() for axis in study.settings]
     labels = frame[study.compared.name].to_list()
     worlds = _worlds(study, frame)
@@ -229,9 +230,6 @@ def _pairs(
 ) -> Pairs:
     d = a - b
     units = [float(unit.mean()) for unit in by_unit(d, worlds)]
-    ratio = Estimate(float("nan"))
-    if len(b) and (b > 0.0).all():
-        ratio = mean_interval([float(unit.mean()) for unit in by_unit(a / b, worlds)])
     better = np.where(d == 0.0, 0.5, (sign * d > 0.0).astype(np.float64))
     return Pairs(
         setting=setting,
@@ -242,7 +240,7 @@ def _pairs(
         worlds=worlds,
         lacking=lacking,
         difference=mean_interval(units),
-        ratio=ratio,
+        ratio=ratio_over_units(a, b, worlds),
         improvement=_share(better, worlds),
         p=sign_flip_p(units),
     )
@@ -252,7 +250,7 @@ def _share(better: NDArray[np.float64], worlds: Sequence[Any]) -> Estimate:
     units = by_unit(better, worlds)
     shares = [float(unit.mean()) for unit in units]
     if len(set(worlds)) <= 1 or len(set(shares)) == 1:
-        # Shares that are all alike say nothing of how they vary: each unit counts as one trial.
+        # Equal shares say nothing of how shares vary: each unit counts as one trial.
         return share_interval(sum(shares), len(shares))
     mean = mean_interval(shares)
     return replace(mean, low=max(0.0, mean.low), high=min(1.0, mean.high))
@@ -264,7 +262,7 @@ def _worlds(study: Study, frame: pl.DataFrame) -> list[Any]:
     return list(frame.select(names).iter_rows()) if names else [()] * frame.height
 
 
-def _pair_keys(study: Study, frame: pl.DataFrame) -> list[Any]:
-    """What two missions of a pair have in common."""
+def pair_keys(study: Study, frame: pl.DataFrame) -> list[Any]:
+    """World, world seed and seed of each mission: the two missions of a pair agree in them."""
     names = [key for key in PLACE_KEYS if key not in study.compared.keys]
     return list(frame.select(names).iter_rows())

@@ -1,20 +1,21 @@
-"""What missions run on: processes of this machine, or a Dask cluster.
+"""Where missions run: processes of this machine, or a Dask cluster.
 
-Both are a ``concurrent.futures.Executor``, which is all that
-:mod:`swarmscout.studies.scheduler` needs to know.
+An engine opens a ``concurrent.futures.Executor`` for :mod:`swarmscout.studies.scheduler`.
 """
 
 from __future__ import annotations
 
 import logging
-import multiprocessing
 import os
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnContext, SpawnProcess
+from types import ModuleType
 from typing import Any, Protocol
 
 from swarmscout.core.errors import StudyError
@@ -22,9 +23,33 @@ from swarmscout.core.extras import install_command
 
 __all__ = ["DaskEngine", "Engine", "LocalEngine"]
 
+_WIDTH_SECONDS = 2.0
+"""How long a scheduler's number of workers is taken as known."""
 
-_ASK_EVERY_S = 2.0
-"""So often a scheduler is asked how many workers it has."""
+_CONNECT_SECONDS = 15
+
+
+class _WorkerProcess(SpawnProcess):
+    """A process that does not import the script that started it.
+
+    Missions need nothing of that script. Importing it would run a script without a main guard again
+    in every worker.
+    """
+
+    def start(self) -> None:
+        """Start with an empty main module, which is what the worker would import."""
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            super().start()
+        finally:
+            sys.modules["__main__"] = main
+
+
+class _WorkerContext(SpawnContext):
+    """Not "fork": a process with threads (Polars, progress bars) must not be forked."""
+
+    Process = _WorkerProcess
 
 
 class Engine(Protocol):
@@ -32,7 +57,7 @@ class Engine(Protocol):
 
     @property
     def width(self) -> int:
-        """Missions that can run at the same time."""
+        """How many missions can run at the same time."""
         ...
 
     def open(self) -> Any:
@@ -43,11 +68,14 @@ class Engine(Protocol):
 class LocalEngine:
     """Processes of this machine.
 
-    The processes end with the one that started them, even when that is killed: each watches a pipe
-    whose other end only the parent holds.
+    The processes end with the one that started them, even when that one is killed: each watches a
+    pipe whose other end only the parent holds.
 
     Args:
-        jobs: how many processes.
+        jobs: number of processes, at least 1.
+
+    Raises:
+        StudyError: `jobs` is below 1.
     """
 
     def __init__(self, jobs: int) -> None:
@@ -57,31 +85,38 @@ class LocalEngine:
 
     @property
     def width(self) -> int:
-        """Missions that can run at the same time."""
+        """How many missions can run at the same time."""
         return self._jobs
 
     @contextmanager
     def open(self) -> Iterator[Executor]:
-        """A pool; leaving it in any way ends its processes at once."""
-        # Not "fork": a process with threads (Polars, progress bars) must not be forked.
-        context = multiprocessing.get_context("spawn")
+        """A pool; leaving it in any way ends its processes at once.
+
+        Raises:
+            StudyError: no process of it could start.
+        """
+        context = _WorkerContext()
         reader, writer = context.Pipe(duplex=False)
+        started = context.Event()
         pool = ProcessPoolExecutor(
-            self._jobs, mp_context=context, initializer=_begin_worker, initargs=(reader,)
+            self._jobs, mp_context=context, initializer=_begin_worker, initargs=(reader, started)
         )
         try:
             yield pool
+            if not started.is_set():
+                raise StudyError("no worker process could start; the lines above say why")
         finally:
             writer.close()
             pool.shutdown(wait=True, cancel_futures=True)
             reader.close()
 
 
-def _begin_worker(reader: Connection) -> None:
+def _begin_worker(reader: Connection, started: Any) -> None:
     """Leave Ctrl-C to the parent, and end when the parent does."""
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    started.set()
 
     def watch() -> None:
         try:
@@ -99,7 +134,7 @@ class DaskEngine:
         scheduler: the scheduler's address, for example ``tcp://10.0.0.1:8786``.
 
     Raises:
-        StudyError: Dask is not installed, or nobody answers at the address.
+        StudyError: Dask is not installed, or no scheduler answers at the address.
     """
 
     def __init__(self, scheduler: str) -> None:
@@ -110,35 +145,35 @@ class DaskEngine:
                 f"--engine dask needs dask.distributed: {install_command('cluster')}"
             ) from None
         self._width = 1
-        self._asked = float("-inf")
-        # What goes wrong is said by us, in one line; Dask would log every lost connection.
+        self._width_known_at = float("-inf")
+        # Errors are reported here in one line; Dask would log every lost connection as well.
         for name in ("distributed", "distributed.client", "tornado.application", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
-            self._client = Client(scheduler, timeout=5, set_as_default=False)
+            self._client = Client(scheduler, timeout=_CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError) as error:
             raise StudyError(f"no Dask scheduler answers at '{scheduler}': {error}") from None
 
     @property
     def width(self) -> int:
-        """Missions that can run at the same time, as the scheduler says now and then.
+        """How many missions can run at the same time, by the scheduler's own count.
 
         Raises:
-            StudyError: the scheduler does not answer any more.
+            StudyError: the scheduler no longer answers.
         """
-        if time.monotonic() > self._asked + _ASK_EVERY_S:
+        if time.monotonic() > self._width_known_at + _WIDTH_SECONDS:
             try:
                 threads = self._client.nthreads().values()
             except (OSError, RuntimeError) as error:
                 raise StudyError(f"the engine of the study is lost: {error}") from None
             self._width = max(1, sum(int(each) for each in threads))
-            self._asked = time.monotonic()
+            self._width_known_at = time.monotonic()
         return self._width
 
     @contextmanager
     def open(self) -> Iterator[Executor]:
         """The client's executor; leaving it cancels what has not begun."""
-        # Impure: a mission is run again when it is asked for again, whatever the cluster remembers.
+        # Impure: a mission that is submitted again runs again, even if the cluster remembers it.
         executor = self._client.get_executor(pure=False)
         try:
             yield executor
@@ -146,5 +181,5 @@ class DaskEngine:
             executor.shutdown(wait=False)
 
     def close(self) -> None:
-        """Leave the cluster."""
+        """Disconnect from the cluster."""
         self._client.close()

@@ -1,20 +1,31 @@
-"""Numbers as words: estimates, p-values and labels as tables and sentences show them."""
+"""Estimates, p-values and labels as text for tables and sentences."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import Any
 
 from swarmscout.studies.intervals import Estimate
 
-__all__ = ["number", "p_words", "share", "told_setting", "told_world", "with_interval"]
+__all__ = [
+    "code",
+    "number",
+    "p_text",
+    "setting_text",
+    "share_text",
+    "with_interval",
+    "world_text",
+]
+
+_NOTHING = "–"
 
 
 def number(value: float, digits: int = 3) -> str:
-    """A number with so many digits that count, and no more than two behind the point if large."""
+    """A number with a given count of significant digits, and at most four decimals."""
     if not math.isfinite(value):
-        return "–"
+        return _NOTHING
     if value == 0.0:
         return "0"
     places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
@@ -22,42 +33,52 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def with_interval(estimate: Estimate, digits: int = 3, sign: bool = False) -> str:
-    """``1.27 [1.20, 1.35]``; all three with the same places behind the point."""
+    """``1.27 [1.20, 1.35]``, all three with the same number of decimals."""
     if not math.isfinite(estimate.value):
-        return "–"
+        return _NOTHING
     largest = max(abs(v) for v in (estimate.value, estimate.low, estimate.high) if math.isfinite(v))
     places = 2
     if largest > 0.0:
         places = min(4, max(0, digits - 1 - math.floor(math.log10(largest))))
     mark = "+" if sign else ""
-    told = f"{estimate.value:{mark},.{places}f}"
+    text = f"{estimate.value:{mark},.{places}f}"
     if not math.isfinite(estimate.low):
-        return told
-    return f"{told} [{estimate.low:{mark},.{places}f}, {estimate.high:{mark},.{places}f}]"
+        return text
+    return f"{text} [{estimate.low:{mark},.{places}f}, {estimate.high:{mark},.{places}f}]"
 
 
-def share(estimate: Estimate) -> str:
-    """``85 % [72 %, 93 %]``."""
+def share_text(estimate: Estimate) -> str:
+    """``85 % [72, 93]``."""
     if not math.isfinite(estimate.value):
-        return "–"
-    told = f"{100 * estimate.value:.0f} %"
+        return _NOTHING
+    text = f"{100 * estimate.value:.0f} %"
     if not math.isfinite(estimate.low):
-        return told
-    return f"{told} [{100 * estimate.low:.0f}, {100 * estimate.high:.0f}]"
+        return text
+    return f"{text} [{100 * estimate.low:.0f}, {100 * estimate.high:.0f}]"
 
 
-def p_words(p: float) -> str:
-    """A p-value; "< 0.001" below that."""
+def p_text(p: float) -> str:
+    """A p-value with three decimals, or "< 0.001"."""
     if math.isnan(p):
-        return "–"
+        return _NOTHING
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
-def told_setting(setting: Sequence[Any]) -> str:
-    """A setting's labels in a row."""
-    return " · ".join(str(label) for label in setting)
+def code(value: Any) -> str:
+    """A label or an error as Markdown code, so that nothing in it is markup."""
+    text = " ".join(str(value).split())
+    ticks = max((len(run) for run in re.findall("`+", text)), default=0)
+    if not ticks:
+        return f"`{text}`" if text else ""
+    fence = "`" * (ticks + 1)
+    return f"{fence} {text} {fence}"
 
 
-def told_world(world: Sequence[Any]) -> str:
+def setting_text(names: Sequence[str], labels: Sequence[Any]) -> str:
+    """``robots = 15, teams.desired_size = 3``."""
+    return ", ".join(f"{name} = {label}" for name, label in zip(names, labels, strict=True))
+
+
+def world_text(world: Sequence[Any]) -> str:
     """A world's name and seed."""
     return " ".join(str(part) for part in world if part is not None)

@@ -1,4 +1,4 @@
-"""What a mission is measured by: names, units, and which way is better."""
+"""The measures of a mission: names, units, and which direction is better."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 __all__ = ["METRICS", "SHARES", "Metric"]
 
 SHARES = (50, 75, 90, 95, 99)
-"""Shares of the reachable area, in percent, to which the time is taken."""
+"""Shares of the reachable area, in percent, for which times are taken."""
 
 
 @dataclass(frozen=True)
 class Metric:
-    """One measured number of a mission.
+    """One measure of a mission.
 
     Attributes:
-        label: what it is called.
+        label: its name in figures and tables.
         unit: its unit; empty for a share or a count.
         better: 1 when more is better, -1 when less is, 0 when neither is.
     """
@@ -32,10 +32,10 @@ class Metric:
 
 METRICS: dict[str, Metric] = {
     "explored_m2": Metric("explored area", "m²", 1),
-    "explored_fraction": Metric("explored share of what is reachable", "", 1),
+    "explored_fraction": Metric("explored share of the reachable area", "", 1),
     "auc_m2": Metric("explored area, mean over the mission", "m²", 1),
     "limit_share": Metric("share of the sensing limit", "", 1),
-    "overlap_ratio": Metric("cells seen by more than one robot", "", -1),
+    "overlap_ratio": Metric("share of cells seen by more than one robot", "", -1),
     "distance_m": Metric("driven distance of all robots", "m", 0),
     "forward_share": Metric("share of steps forward", "", 1),
     "turn_share": Metric("share of steps turning", "", -1),
@@ -44,10 +44,10 @@ METRICS: dict[str, Metric] = {
     "leaves": Metric("robots that left a team"),
     "charges": Metric("robots charged"),
     "stranded": Metric("robots stranded", "", -1),
-    "decisions": Metric("decisions for a destination"),
-    "map_accuracy": Metric("known cells labelled right", "", 1),
+    "decisions": Metric("destinations chosen"),
+    "map_accuracy": Metric("share of known cells labelled right", "", 1),
     "step_ms": Metric("time of a step", "ms", -1),
     "decide_ms": Metric("time of a step's decisions", "ms", -1),
     **{f"time_to_{share}": Metric(f"time to {share} % explored", "steps", -1) for share in SHARES},
 }
-"""Columns of a study's table that may be asked about, see docs/studies.md."""
+"""Columns of a study's table that a study can declare as its metric, see docs/studies.md."""

@@ -1,14 +1,15 @@
 """A study's missions: every combination of the axes' values with every seed, each with a name.
 
-A mission's name is made of its resolved scenario, of the files that it names, and of the rules'
-version. So what was run before is found again, whatever else changes in the study's file, and what
-was run by other rules is not mistaken for it.
+A mission's name contains a digest of its resolved scenario, of the files that the scenario names,
+and of the rules version. A run is therefore found again when other parts of the study's file
+change, and a run by other rules is not mistaken for it.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -20,6 +21,10 @@ from swarmscout.mission.mission import RULES_VERSION
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import load_scenario, make_scenario
 from swarmscout.recording.run_folder import default_name
+from swarmscout.robots.radio.parameters import radio_parameters
+from swarmscout.robots.radio.registry import RADIOS
+from swarmscout.robots.sensors.parameters import sensor_parameters
+from swarmscout.robots.sensors.registry import SENSORS
 from swarmscout.studies.study_file import (
     PATH_KEYS,
     Axis,
@@ -27,25 +32,26 @@ from swarmscout.studies.study_file import (
     absolute,
     base_of,
     changes_of,
+    refuse_fifo,
 )
 from swarmscout.teams.registry import make_policy
 from swarmscout.worlds.catalogue import NAMED_TUBES, load_world
 
-__all__ = ["Planned", "base_scenario", "expand", "scenario_of"]
+__all__ = ["PlannedMission", "base_scenario", "expand", "scenario_of"]
 
 
 @dataclass(frozen=True, slots=True)
-class Planned:
-    """One mission of a study, before or after it was run.
+class PlannedMission:
+    """One mission of a study, before or after it is run.
 
     Attributes:
-        name: of its folder.
-        values: which value it has of each axis (an index).
+        name: the name of its run folder.
+        values: index of its value on each axis.
         world: the world's name or file.
-        world_seed: None for the world's own.
-        seed: the mission's.
-        steps: its length.
-        robots: N.
+        world_seed: the world's seed; None for the default.
+        seed: the mission's seed.
+        steps: planned number of steps.
+        robots: number of robots.
     """
 
     name: str
@@ -58,22 +64,24 @@ class Planned:
 
 
 def base_scenario(declared: StudyFile, folder: Path) -> Scenario:
-    """The scenario that a study starts from.
+    """The scenario that a study starts from, with the study's own changes.
 
     Raises:
-        ScenarioError: it cannot be read, or a change is impossible.
+        ScenarioError: the base cannot be read, or a change is impossible.
     """
     return load_scenario(base_of(declared, folder), changes_of(declared, folder))
 
 
-def expand(declared: StudyFile, axes: list[Axis], base: Scenario, folder: Path) -> list[Planned]:
-    """Every mission of a study, world by world, so that worlds are loaded seldom.
+def expand(
+    declared: StudyFile, axes: list[Axis], base: Scenario, folder: Path
+) -> list[PlannedMission]:
+    """Every mission of a study, world by world, so that a worker loads each world once.
 
     Args:
-        declared: the study.
+        declared: the contents of the study's file.
         axes: its axes.
         base: the scenario that it starts from.
-        folder: for relative paths.
+        folder: what relative paths are relative to.
 
     Raises:
         StudyError: a combination is impossible, or names something that does not exist.
@@ -87,13 +95,17 @@ def expand(declared: StudyFile, axes: list[Axis], base: Scenario, folder: Path) 
                 _check_world(first, known_good),
                 _check_rule("destinations", first.destinations, first.selector, known_good),
                 _check_rule("policy", first.teams.policy, first.policy, known_good),
+                _check_rule(
+                    "sensor", first.sensor.model, sensor_parameters(first.sensor), known_good
+                ),
+                _check_rule("radio", first.radio.model, radio_parameters(first.radio), known_good),
             ]
         except SwarmscoutError as error:
             raise StudyError(f"{_where(axes, values)}: {error}") from None
         for trial in range(declared.trials):
             scenario = first.model_copy(update={"seed": declared.first_seed + trial})
             planned.append(
-                Planned(
+                PlannedMission(
                     name=_name(scenario, files, declared.record),
                     values=values,
                     world=scenario.world,
@@ -126,32 +138,41 @@ def scenario_of(
         raise StudyError(f"{_where(axes, values)}: {error}") from None
 
 
-def _place(mission: Planned) -> tuple[str, int | None]:
+def _place(mission: PlannedMission) -> tuple[str, int | None]:
     return mission.world, mission.world_seed
 
 
 def _where(axes: list[Axis], values: tuple[int, ...]) -> str:
-    told = (f"{a.name} = {a.values[i].label}" for a, i in zip(axes, values, strict=True))
-    return f"the combination {', '.join(told)}"
+    pairs = (f"{a.name} = {a.values[i].label}" for a, i in zip(axes, values, strict=True))
+    return f"the combination {', '.join(pairs)}"
 
 
 def _check_world(scenario: Scenario, known: dict[Any, str]) -> str:
-    """What a world's file holds, as a digest; empty for a named world, whose name says it all."""
+    """A digest of a world's file; empty for a named world."""
     key = ("world", scenario.world, scenario.world_seed)
     if key not in known:
         known[key] = ""
         if scenario.world not in NAMED_TUBES:
+            refuse_fifo(Path(scenario.world), f"world '{scenario.world}'")
             world = load_world(scenario.world, seed=scenario.world_seed)
             stations = None if world.stations_m is None else world.stations_m.tolist()
             known[key] = f"{world.digest} {world.start_m} {stations}"
     return known[key]
 
 
+_MAKERS: dict[str, Callable[..., object]] = {
+    "destinations": make_selector,
+    "policy": make_policy,
+    "sensor": SENSORS.make,
+    "radio": RADIOS.make,
+}
+
+
 def _check_rule(kind: str, name: str, parameters: dict[str, Any], known: dict[Any, str]) -> str:
-    """What a selector's or a policy's file holds, as a digest; empty for one that has a name."""
+    """A digest of a plug-in's file; empty for a registered one."""
     key = (kind, name, json.dumps(parameters, sort_keys=True, default=str))
     if key not in known:
-        (make_selector if kind == "destinations" else make_policy)(name, parameters)
+        _MAKERS[kind](name, parameters)
         path, colon, _ = name.rpartition(":")
         is_file = colon and path.endswith(".py")
         known[key] = hashlib.sha256(Path(path).read_bytes()).hexdigest() if is_file else ""
@@ -159,15 +180,19 @@ def _check_rule(kind: str, name: str, parameters: dict[str, Any], known: dict[An
 
 
 def _name(scenario: Scenario, files: list[str], record: str) -> str:
-    """``<world>-<selector>-n<robots>-s<seed>-<digest>``: to be read, and not to be mistaken."""
+    """``<world>-<selector>-n<robots>-s<seed>-<digest>``."""
     data = scenario.model_dump(mode="json")
-    world, selector, policy = files
-    # A file is known by what it holds, and not by where it lies.
+    world, selector, policy, sensor, radio = files
+    # A file is identified by its contents, not by its path.
     if world:
         data["world"] = world
     if selector:
         data["destinations"] = f"{scenario.destinations.rpartition(':')[2]} {selector}"
     if policy:
         data["teams"]["policy"] = f"{scenario.teams.policy.rpartition(':')[2]} {policy}"
-    told = json.dumps([data, RULES_VERSION, record], sort_keys=True)
-    return f"{default_name(scenario)}-{hashlib.sha256(told.encode()).hexdigest()[:12]}"
+    if sensor:
+        data["sensor"]["model"] = f"{scenario.sensor.model.rpartition(':')[2]} {sensor}"
+    if radio:
+        data["radio"]["model"] = f"{scenario.radio.model.rpartition(':')[2]} {radio}"
+    text = json.dumps([data, RULES_VERSION, record], sort_keys=True)
+    return f"{default_name(scenario)}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"

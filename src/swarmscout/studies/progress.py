@@ -1,31 +1,34 @@
-"""What is known while a study runs: per compared value a mean, and the paired ratio so far."""
+"""Counts and means while a study runs."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-from swarmscout.studies.plan import Planned
+from swarmscout.studies.plan import PlannedMission
 from swarmscout.studies.study import Study
 from swarmscout.studies.worker import Outcome
 
-__all__ = ["SoFar", "Tally"]
+__all__ = ["RunningMean", "RunningTotals"]
 
 
 @dataclass
-class Tally:
-    """A running mean and variance (Welford): nothing grows with the number of values."""
+class RunningMean:
+    """A mean and variance in constant memory.
+
+    Source: Welford 1962.
+    """
 
     n: int = 0
     mean: float = 0.0
     squares: float = 0.0
 
     def add(self, value: float) -> None:
-        """Count one value."""
+        """Add one value."""
         self.n += 1
-        off = value - self.mean
-        self.mean += off / self.n
-        self.squares += off * (value - self.mean)
+        difference = value - self.mean
+        self.mean += difference / self.n
+        self.squares += difference * (value - self.mean)
 
     @property
     def error(self) -> float:
@@ -33,16 +36,16 @@ class Tally:
         return math.sqrt(self.squares / (self.n - 1) / self.n) if self.n > 1 else math.nan
 
 
-class SoFar:
+class RunningTotals:
     """Counts a study's missions as they end.
 
     Attributes:
-        todo: missions that are to be run.
-        ended: those that have come to an end, failed ones included.
-        failed: those that failed.
-        areas: by compared label, explored m².
+        todo: number of missions to run.
+        ended: number of missions that have ended, failed ones included.
+        failed: number of missions that failed.
+        areas: explored m² by compared label.
         ratios: by compared label, explored area over that of the baseline with the same world, seed
-            and settings. It is for watching: the report has the intervals that count.
+            and settings. They are for progress displays; the report has intervals.
     """
 
     def __init__(self, study: Study, todo: int) -> None:
@@ -50,15 +53,15 @@ class SoFar:
         self.ended = 0
         self.failed = 0
         labels = [str(label) for label in study.compared.labels]
-        self.areas = {label: Tally() for label in labels}
-        self.ratios = {label: Tally() for label in labels}
+        self.areas = {label: RunningMean() for label in labels}
+        self.ratios = {label: RunningMean() for label in labels}
         self._axis = study.axes.index(study.compared)
         self._labels = labels
         self._baseline = labels.index(str(study.declared.compare.baseline))
-        # Pairs of which something is still to come; missions of a pair are run close together.
+        # Incomplete pairs only: missions of a pair run close together, so there are few.
         self._open: dict[tuple[tuple[int, ...], int], dict[int, float]] = {}
 
-    def count(self, mission: Planned, outcome: Outcome) -> None:
+    def count(self, mission: PlannedMission, outcome: Outcome) -> None:
         """Count one mission that has ended."""
         self.ended += 1
         value = mission.values[self._axis]

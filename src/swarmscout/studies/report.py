@@ -1,12 +1,10 @@
-"""A study's report: one self-contained HTML page, its Markdown twin, figures and data.
-
-What it says is made by :mod:`swarmscout.studies.sections`; here it becomes files.
-"""
+"""A study's report: one self-contained HTML page, the same as Markdown, figures and data."""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,54 +13,79 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, StudyError
 from swarmscout.recording.table_files import write_whole
+from swarmscout.studies.comparison import Pairs, compare
+from swarmscout.studies.intervals import Estimate
+from swarmscout.studies.ranking import Ranking, rank_combinations
 from swarmscout.studies.report_elements import Block, Picture
 from swarmscout.studies.report_render import figure_bytes, html_page, markdown_page
-from swarmscout.studies.table import curves, missions_table
 
 if TYPE_CHECKING:
     import polars as pl
 
-    from swarmscout.studies.comparison import Pairs
     from swarmscout.studies.study import Study
 
-__all__ = ["write_pages", "write_report"]
+__all__ = ["Report", "write_pages", "write_report"]
 
 
-def write_report(study: Study) -> Path:
-    """Write everything that can be said of a study as far as it has been run.
+@dataclass(frozen=True)
+class Report:
+    """A report that was written.
+
+    Attributes:
+        page: the HTML page. Beside it are ``report.md``, ``figures/`` (SVG and PDF) and ``data/``.
+        summary: the answer in a few lines of plain text.
+        silent_models: a sentence when a language model was asked and never chose; else empty.
+    """
+
+    page: Path
+    summary: list[str]
+    silent_models: str
+
+
+def write_report(study: Study) -> Report:
+    """Write the report of a study on the missions that have finished.
 
     Args:
         study: the study.
 
-    Returns:
-        The HTML page. Beside it are ``report.md``, ``figures/`` (SVG and PDF) and ``data/``.
-
     Raises:
         StudyError: nothing has finished, a run is damaged, or the disk is full.
     """
-    from swarmscout.studies.sections import report_blocks
+    from swarmscout.studies.report_answer import silent_models, summary_lines
+    from swarmscout.studies.report_sections import report_blocks
 
-    frame = missions_table(study)
+    frame = study.frame()
     if not (frame["status"] == "finished").any():
         raise StudyError(f"study '{study.declared.name}' has no finished mission to report on")
-    areas = curves(study, frame)
-    blocks, pairs = report_blocks(study, frame, areas)
+    areas = study.curves()
+    pairs, ranking = compare(study, frame), rank_combinations(study, frame)
+    blocks = report_blocks(study, frame, areas, pairs, ranking)
+    tables = {
+        "missions": frame,
+        "curves": _curves_table(areas),
+        "comparisons": _comparisons_table(study, pairs),
+        "ranking": _ranking_table(ranking),
+    }
     try:
         page = write_pages(study.folder.path, study.declared.title or study.declared.name, blocks)
-        _write_data(study.folder.path / "data", frame, areas, pairs, study)
+        (study.folder.path / "data").mkdir(exist_ok=True)
+        for name, table in tables.items():
+            if table.height:
+                _write_table(study.folder.path / "data", name, table)
     except (OSError, RunError) as error:
         raise StudyError(f"cannot write the report: {error}") from None
-    return page
+    summary = summary_lines(study, frame, pairs, ranking)
+    return Report(page, summary, silent_models(frame))
 
 
 def write_pages(folder: Path, title: str, blocks: Sequence[Block], name: str = "report") -> Path:
-    """Blocks as ``<name>.html`` and ``<name>.md``, with figures as SVG and PDF beside them.
+    """Write ``<name>.html`` and ``<name>.md``, with figures as SVG and PDF beside them.
 
     Args:
-        folder: where to.
-        title: of the page's window.
-        blocks: what is on the page.
-        name: of the two files.
+        folder: where they go.
+        title: the window's title.
+        blocks: the page's contents.
+        name: stem of the two files.
 
     Returns:
         The HTML page.
@@ -86,28 +109,24 @@ def write_pages(folder: Path, title: str, blocks: Sequence[Block], name: str = "
     return page
 
 
-def _write_data(
-    folder: Path,
-    frame: pl.DataFrame,
-    areas: NDArray[np.float32],
-    pairs: Sequence[Pairs],
-    study: Study,
-) -> None:
+def _curves_table(areas: NDArray[np.float32]) -> pl.DataFrame:
     import polars as pl
 
-    folder.mkdir(exist_ok=True)
-    _write_table(folder, "missions", frame)
     rows, steps = np.nonzero(np.isfinite(areas))
-    long = pl.DataFrame(
+    return pl.DataFrame(
         {
             "row": rows.astype(np.int32),
             "step": steps.astype(np.int32),
             "explored_m2": areas[rows, steps],
         }
     )
-    _write_table(folder, "curves", long)
+
+
+def _comparisons_table(study: Study, pairs: Sequence[Pairs]) -> pl.DataFrame:
+    import polars as pl
+
     names = [axis.name for axis in study.settings]
-    compared = [
+    rows = [
         {
             **dict(zip(names, p.setting, strict=True)),
             study.compared.name: p.label,
@@ -117,22 +136,38 @@ def _write_data(
             "units": p.difference.units,
             "unit": p.unit,
             "interval": p.difference.method,
-            "difference": p.difference.value,
-            "difference_low": p.difference.low,
-            "difference_high": p.difference.high,
-            "ratio": p.ratio.value,
-            "ratio_low": p.ratio.low,
-            "ratio_high": p.ratio.high,
-            "improvement": p.improvement.value,
-            "improvement_low": p.improvement.low,
-            "improvement_high": p.improvement.high,
+            **_columns("difference", p.difference),
+            **_columns("ratio", p.ratio),
+            **_columns("improvement", p.improvement),
             "p": p.p,
             "p_holm": p.p_holm,
         }
         for p in pairs
     ]
-    if compared:
-        _write_table(folder, "comparisons", pl.DataFrame(compared, infer_schema_length=None))
+    return pl.DataFrame(rows, infer_schema_length=None)
+
+
+def _ranking_table(ranking: Ranking | None) -> pl.DataFrame:
+    import polars as pl
+
+    ranks = [] if ranking is None else ranking.ranks
+    rows = [
+        {
+            "rank": at + 1,
+            **dict(zip(ranking.axes if ranking else (), rank.labels, strict=True)),
+            "missions": rank.missions,
+            **_columns("mean", rank.mean),
+            **_columns("gap", rank.gap),
+            "p": rank.p,
+            "may_be_best": rank.may_be_best,
+        }
+        for at, rank in enumerate(ranks)
+    ]
+    return pl.DataFrame(rows, infer_schema_length=None)
+
+
+def _columns(name: str, estimate: Estimate) -> dict[str, float]:
+    return {name: estimate.value, f"{name}_low": estimate.low, f"{name}_high": estimate.high}
 
 
 def _write_table(folder: Path, name: str, frame: pl.DataFrame) -> None:

@@ -1,6 +1,6 @@
-"""What a report is made of; pages of HTML and Markdown are two ways to write the same blocks.
+"""The elements of a report, which pages of HTML and of Markdown are written from.
 
-In texts, `code` and **bold** are written as in Markdown.
+In texts and cells, `code` and **bold** are written as in Markdown.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Warn:
-    """A paragraph that must not be overlooked."""
+    """A highlighted paragraph."""
 
     text: str
 
@@ -46,7 +46,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells; ``numbers`` says from which column on cells are aligned to the right."""
+    """Rows of cells; from column ``numbers`` on cells are aligned to the right."""
 
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -58,9 +58,9 @@ class Picture:
     """A figure.
 
     Attributes:
-        name: of its files.
-        figure: what is drawn.
-        caption: says what is seen, how it was measured, and what to look for.
+        name: stem of its files.
+        figure: the figure.
+        caption: what it shows, how it was measured, and what to look for.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Blocks as one self-contained HTML page, and as Markdown with figures beside it."""
+"""A report as one self-contained HTML page, and as Markdown with figures beside it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import base64
 import html
 import io
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from matplotlib.figure import Figure
 
@@ -15,39 +15,65 @@ from swarmscout.studies.report_elements import Block, Code, Heading, Picture, Ta
 __all__ = ["figure_bytes", "html_page", "markdown_page"]
 
 _STYLE = """
-:root { color-scheme: light; }
+:root { color-scheme: light dark; --ink: #1d2329; --paper: #fff; --soft: #49535d;
+  --line: #d6dbe0; --strong: #8a949e; --code: #eef1f4; --link: #0b5fa5;
+  --warn: #fff4d6; --edge: #d49a00; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e3e7eb; --paper: #15191d; --soft: #a9b3bd; --line: #363e46; --strong: #6b7580;
+    --code: #232a31; --link: #7dbcf5; --warn: #3a3115; --edge: #d49a00; }
+}
 body { font: 16px/1.55 system-ui, -apple-system, "Segoe UI", "DejaVu Sans", sans-serif;
-  color: #1d2329; background: #fff; max-width: 62rem; margin: 2rem auto; padding: 0 1.2rem; }
+  color: var(--ink); background: var(--paper); max-width: 62rem; margin: 2rem auto;
+  padding: 0 1.2rem; overflow-wrap: break-word; }
 h1 { font-size: 1.7rem; line-height: 1.25; margin: 0 0 .4rem; }
-h2 { font-size: 1.25rem; margin: 2.2rem 0 .5rem; border-bottom: 1px solid #d6dbe0; }
+h2 { font-size: 1.25rem; margin: 2.2rem 0 .5rem; border-bottom: 1px solid var(--line); }
 h3 { font-size: 1.05rem; margin: 1.4rem 0 .4rem; }
 p { margin: .5rem 0; max-width: 48rem; }
-.warn { background: #fff4d6; border-left: 4px solid #d49a00; padding: .5rem .8rem; }
+a { color: var(--link); }
+nav { margin: .8rem 0; padding: .5rem .9rem; background: var(--code); border-radius: 4px;
+  font-size: .9rem; }
+nav a { margin-right: 1.1rem; display: inline-block; }
+.warn { background: var(--warn); border-left: 4px solid var(--edge); padding: .5rem .8rem; }
 code, pre { font-family: ui-monospace, "DejaVu Sans Mono", monospace; font-size: .9em; }
-code { background: #eef1f4; border-radius: 3px; padding: 0 .25em; }
-pre { background: #eef1f4; padding: .7rem .9rem; overflow-x: auto; border-radius: 4px; }
+code { background: var(--code); border-radius: 3px; padding: 0 .25em; }
+pre { background: var(--code); padding: .7rem .9rem; overflow-x: auto; border-radius: 4px; }
 pre code { background: none; padding: 0; }
 .wide { overflow-x: auto; margin: .7rem 0; }
 table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .28rem .7rem; text-align: left; border-bottom: 1px solid #e3e7eb;
+th, td { padding: .28rem .7rem; text-align: left; border-bottom: 1px solid var(--line);
   white-space: nowrap; }
-th { border-bottom: 2px solid #8a949e; vertical-align: bottom; white-space: normal; }
-table.words td { white-space: normal; }
+th { border-bottom: 2px solid var(--strong); vertical-align: bottom; white-space: normal; }
+table.words td, td code { white-space: normal; }
 td.number, th.number { text-align: right; }
 figure { margin: 1rem 0 1.6rem; }
 figure img { max-width: 100%; height: auto; display: block; }
-figcaption { font-size: .88rem; color: #49535d; max-width: 48rem; margin-top: .4rem; }
+figcaption { font-size: .88rem; color: var(--soft); max-width: 48rem; margin-top: .4rem; }
 @page { margin: 16mm; }
 @media print {
   body { margin: 0; padding: 0; max-width: none; font-size: 10pt; }
   h2, h3 { break-after: avoid; }
   figure, tr, .warn { break-inside: avoid; }
+  nav { display: none; }
   .wide { overflow: visible; }
   table { font-size: 7.5pt; }
   th, td { padding: .15rem .35rem; white-space: normal; }
   pre { white-space: pre-wrap; }
 }
 """
+
+# Matplotlib writes colours as inline styles, and text and black lines partly with none at all.
+_DARK_FIGURE = """<style>@media (prefers-color-scheme: dark) {
+svg { fill: #e3e7eb; }
+[style*="fill: #ffffff"] { fill: #15191d !important; }
+[style*="stroke: #ffffff"] { stroke: #15191d !important; }
+[style*="fill: #000000"] { fill: #e3e7eb !important; }
+[style*="stroke: #000000"] { stroke: #e3e7eb !important; }
+[style*="stroke: #0072b2"] { stroke: #4aa8e0 !important; }
+[style*="fill: #0072b2"] { fill: #4aa8e0 !important; }
+}</style>"""
+
+_CONTENTS_FROM = 4
+"""Number of sections from which on a page has a table of contents."""
 
 
 def figure_bytes(figure: Figure, kind: str) -> bytes:
@@ -62,14 +88,19 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
 
 
 def html_page(title: str, blocks: Iterable[Block], pictures: Mapping[str, bytes]) -> str:
-    """One page that needs nothing from anywhere.
+    """One page that loads nothing from elsewhere, light or dark as the reader's system is.
 
     Args:
-        title: of the window.
-        blocks: what is on it.
+        title: the window's title.
+        blocks: the page's contents.
         pictures: SVG of each picture, by its name.
     """
-    body = "\n".join(_html(block, pictures) for block in blocks)
+    blocks = list(blocks)
+    parts = [_html(block, pictures) for block in blocks]
+    contents = _contents([b for b in blocks if isinstance(b, Heading) and b.level == 2])
+    titles = (at for at, b in enumerate(blocks) if isinstance(b, Heading) and b.level == 1)
+    parts.insert(next(titles, -1) + 1, contents)
+    body = "\n".join(part for part in parts if part)
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -79,19 +110,31 @@ def html_page(title: str, blocks: Iterable[Block], pictures: Mapping[str, bytes]
 
 
 def markdown_page(blocks: Iterable[Block], folder: str = "figures") -> str:
-    """The same as Markdown.
+    """The same contents as Markdown.
 
     Args:
-        blocks: what is on it.
-        folder: where the figures lie, seen from the page.
+        blocks: the page's contents.
+        folder: the figures' folder, relative to the page.
     """
     return "\n\n".join(_markdown(block, folder) for block in blocks) + "\n"
+
+
+def _contents(sections: Sequence[Heading]) -> str:
+    if len(sections) < _CONTENTS_FROM:
+        return ""
+    links = "\n".join(f'<a href="#{_anchor(s.text)}">{_inline(s.text)}</a>' for s in sections)
+    return f'<nav aria-label="Contents">\n{links}\n</nav>'
+
+
+def _anchor(text: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-")
 
 
 def _html(block: Block, pictures: Mapping[str, bytes]) -> str:
     match block:
         case Heading(text, level):
-            return f"<h{level}>{_inline(text)}</h{level}>"
+            anchor = f' id="{_anchor(text)}"' if level == 2 else ""
+            return f"<h{level}{anchor}>{_inline(text)}</h{level}>"
         case Text(text):
             return f"<p>{_inline(text)}</p>"
         case Warn(text):
@@ -101,7 +144,7 @@ def _html(block: Block, pictures: Mapping[str, bytes]) -> str:
         case Table():
             return _html_table(block)
         case Picture(name, _, caption):
-            data = base64.b64encode(pictures[name]).decode()
+            data = base64.b64encode(_follows_the_page(pictures[name])).decode()
             alt = html.escape(re.sub(r"[`*]", "", caption), quote=True)
             return (
                 f'<figure id="{name}"><img alt="{alt}" src="data:image/svg+xml;base64,{data}">\n'
@@ -109,15 +152,20 @@ def _html(block: Block, pictures: Mapping[str, bytes]) -> str:
             )
 
 
+def _follows_the_page(svg: bytes) -> bytes:
+    """A figure that is dark where the page is."""
+    return re.sub(rb"(<svg[^>]*>)", rb"\1" + _DARK_FIGURE.encode(), svg, count=1)
+
+
 def _html_table(table: Table) -> str:
     def row(cells: Iterable[str], tag: str) -> str:
-        told = (
+        shown = (
             f'<{tag} class="number">{_inline(cell)}</{tag}>'
             if at >= table.numbers
             else f"<{tag}>{_inline(cell)}</{tag}>"
             for at, cell in enumerate(cells)
         )
-        return f"<tr>{''.join(told)}</tr>"
+        return f"<tr>{''.join(shown)}</tr>"
 
     rows = "\n".join(row(cells, "td") for cells in table.rows)
     head = row(table.header, "th")
@@ -127,9 +175,16 @@ def _html_table(table: Table) -> str:
 
 
 def _inline(text: str) -> str:
-    told = html.escape(text, quote=False)
-    told = re.sub(r"`([^`]+)`", r"<code>\1</code>", told)
-    return re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", told)
+    """Markdown code and bold as HTML; within code nothing is markup."""
+    parts = re.split(r"(?<!`)(`+)(?!`)(.+?)(?<!`)\1(?!`)", text)
+    shown = []
+    for plain, fence, code in zip(parts[::3], [*parts[1::3], ""], [*parts[2::3], ""], strict=True):
+        escaped = html.escape(plain, quote=False)
+        shown.append(re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", escaped))
+        if fence:
+            inside = code[1:-1] if len(fence) > 1 else code
+            shown.append(f"<code>{html.escape(inside, quote=False)}</code>")
+    return "".join(shown)
 
 
 def _markdown(block: Block, folder: str) -> str:

@@ -1,4 +1,4 @@
-"""Tables of what missions are measured by besides the declared metric."""
+"""Tables of the measures besides the declared metric."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from swarmscout.studies.comparison import Arm, arms_of
-from swarmscout.studies.formatting import number, with_interval
-from swarmscout.studies.intervals import by_unit, mean_interval
+from swarmscout.studies.formatting import code, with_interval
+from swarmscout.studies.intervals import mean_over_units
 from swarmscout.studies.metrics import METRICS, SHARES
 from swarmscout.studies.report_elements import Block, Heading, Table, Text
 from swarmscout.studies.survival import times_to
@@ -29,15 +29,15 @@ _SHOWN = (
 
 
 _ACROSS = 5
-"""So many measures fit beside each other on a page."""
+"""Number of measures in one table."""
 
 
 def measures_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
-    """Every other metric, with its interval; they were not declared, so nothing is tested."""
+    """Every other measure with its interval, untested since it was not declared."""
     yield Heading("Other measures", 3)
     yield Text(
-        "Means with 95 % intervals. They were not declared, so nothing is tested here. Times are "
-        "of a machine that did other things beside: compare them within this table only."
+        "Means with 95 % intervals. These measures were not declared, so nothing is tested. Times "
+        "are wall times, possibly on a busy machine: compare them within this table only."
     )
     settings = [axis.name for axis in study.settings]
     columns = {
@@ -50,8 +50,8 @@ def measures_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
         shown = names[begin : begin + _ACROSS]
         rows = [
             [
-                *map(str, arm.setting),
-                f"`{arm.label}`",
+                *map(code, arm.setting),
+                code(arm.label),
                 *[with_interval(columns[metric][at].mean) for metric in shown],
             ]
             for at, arm in enumerate(columns[shown[0]])
@@ -61,21 +61,21 @@ def measures_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
 
 
 def times_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
-    """Time to shares of the reachable area; left out when no mission got to half of it."""
+    """Time to shares of the reachable area."""
     if not frame["time_to_50"].is_not_null().any():
         yield Heading("Time to a share of the reachable area", 3)
-        yield Text("No mission explored half of what is reachable.")
+        yield Text("No mission explored half of the reachable area.")
         return
     yield Heading("Time to a share of the reachable area", 3)
     yield Text(
-        "Median steps (Kaplan-Meier: missions that did not get there are censored at their length) "
-        "with 95 % intervals, and how many got there."
+        "Median steps (Kaplan-Meier: missions that did not reach the share are censored at their "
+        "length) with 95 % intervals, and the number of missions that reached it."
     )
     settings = [axis.name for axis in study.settings]
     rows = []
     for arm in arms_of(study, frame, "explored_m2"):
         cells = [_time_cell(frame, arm, share) for share in SHARES]
-        rows.append([*map(str, arm.setting), f"`{arm.label}`", *cells])
+        rows.append([*map(code, arm.setting), code(arm.label), *cells])
     heads = [f"{share} %" for share in SHARES]
     yield Table([*settings, study.compared.name, *heads], rows, numbers=len(settings) + 1)
 
@@ -95,13 +95,13 @@ def _time_cell(frame: pl.DataFrame, arm: Arm, share: int) -> str:
 
 
 def language_model_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
-    """What language models did and cost, when any was asked (columns ``llm.…``)."""
+    """What language models did and cost (columns ``llm.…``), if any was asked."""
     columns = [name for name in frame.columns if name.startswith("llm.")]
     columns = [name for name in columns if frame[name].dtype.is_numeric()]
     if not columns:
         return
     yield Heading("Language models", 3)
-    yield Text("Sums of a mission, mean over missions with 95 % intervals; rates as they stand.")
+    yield Text("Totals of a mission: means over missions with 95 % intervals.")
     settings = [axis.name for axis in study.settings]
     rows = []
     for arm in arms_of(study, frame, "explored_m2"):
@@ -113,8 +113,7 @@ def language_model_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
             values = np.array(chosen[name].to_list(), dtype=np.float64)
             known = np.isfinite(values)
             worlds = [w for w, k in zip(arm.worlds, known, strict=True) if k]
-            units = [float(unit.mean()) for unit in by_unit(values[known], worlds)]
-            cells.append(with_interval(mean_interval(units)) if units else number(float("nan")))
-        rows.append([*map(str, arm.setting), f"`{arm.label}`", *cells])
+            cells.append(with_interval(mean_over_units(values[known], worlds)))
+        rows.append([*map(code, arm.setting), code(arm.label), *cells])
     heads = [name.removeprefix("llm.").replace("_", " ").replace(".", ": ") for name in columns]
     yield Table([*settings, study.compared.name, *heads], rows, numbers=len(settings) + 1)

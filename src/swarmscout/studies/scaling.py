@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from swarmscout.studies.comparison import arms_of
-from swarmscout.studies.figures import scaling_figure
-from swarmscout.studies.formatting import told_setting
+from swarmscout.studies.formatting import code, setting_text
 from swarmscout.studies.metrics import METRICS
 from swarmscout.studies.report_elements import Block, Heading, Picture
+from swarmscout.studies.report_figures import scaling_figure
 from swarmscout.studies.study_file import Axis
 
 if TYPE_CHECKING:
@@ -41,20 +41,21 @@ def scaling_picture(
     *,
     only: bool = False,
 ) -> Picture:
-    """Metrics over one axis; a line per combination of the others that are no place.
+    """Metrics over one axis; a line per combination of the other axes that are not places.
 
     Args:
         study: the study.
         frame: its table.
         axis: an axis of numbers.
-        metrics: the panels, besides the declared one; what was not recorded is left out.
-        only: these and no more.
+        metrics: the panels besides the declared metric; those that were not recorded are left out.
+        only: leave out the declared metric.
     """
     declared = study.declared.metric
     wanted = [declared, *(metric for metric in metrics if metric != declared)]
     wanted = list(metrics) if only else wanted
     wanted = [metric for metric in wanted if frame[metric].is_not_null().any()][:6]
     others = [a for a in (*study.settings, study.compared) if a is not axis]
+    names = [a.name for a in others]
     columns = []
     for metric in wanted:
         series: dict[str, tuple[list[float], list[Estimate]]] = {}
@@ -63,17 +64,17 @@ def scaling_picture(
             labels[study.compared.name] = arm.label
             if not len(arm.values):
                 continue
-            places, estimates = series.setdefault(
-                told_setting([labels[a.name] for a in others]), ([], [])
-            )
+            its = [labels[name] for name in names]
+            label = setting_text(names, its) if len(names) > 1 else str(*its)
+            places, estimates = series.setdefault(label, ([], []))
             places.append(float(labels[axis.name]))
             estimates.append(arm.mean)
-        told = [(label, places, estimates) for label, (places, estimates) in series.items()]
-        columns.append((METRICS[metric], told))
-    names = ", ".join(METRICS[metric].label for metric in wanted)
-    lines = f", a line per `{'`, `'.join(a.name for a in others)}`" if others else ""
+        lines = [(label, places, estimates) for label, (places, estimates) in series.items()]
+        columns.append((METRICS[metric], lines))
+    shown = ", ".join(METRICS[metric].label for metric in wanted)
+    per_line = f", a line per {', '.join(map(code, names))}" if names else ""
     return Picture(
         f"scaling-{axis.name.replace('.', '-')}",
         scaling_figure(columns, axis.name, list(range(len(columns[0][1])))),
-        f"Over `{axis.name}`: {names}{lines}. Means with 95 % intervals.",
+        f"Over {code(axis.name)}: {shown}{per_line}. Means with 95 % intervals.",
     )

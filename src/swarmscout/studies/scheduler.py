@@ -1,9 +1,8 @@
 """Running a study: every mission that has not been run, over any executor.
 
-Nothing is lost: a mission that has finished stands in its folder before anybody is told, so a study
-can be killed at any time and goes on where it was. When a worker dies the pool breaks as a whole;
-a new one is opened, and the missions that were under way are tried one at a time, so that the one
-that kills its worker is found and the others are not blamed.
+A mission that has finished lies in its folder before its outcome is reported, so a study can be
+killed at any time and resumed. When a worker dies, the whole pool breaks. Each mission that was
+under way then runs alone in a pool of its own, and only a mission that breaks that pool fails.
 """
 
 from __future__ import annotations
@@ -15,15 +14,15 @@ from concurrent.futures import wait as wait_for
 
 from swarmscout.core.errors import StudyError
 from swarmscout.studies.engines import Engine
-from swarmscout.studies.plan import Planned
+from swarmscout.studies.plan import PlannedMission
 from swarmscout.studies.study import Study
 from swarmscout.studies.study_folder import Failure
-from swarmscout.studies.worker import Outcome, Task, carry_out
+from swarmscout.studies.worker import Outcome, Task, run_task
 
 __all__ = ["Listener", "run_study"]
 
-Listener = Callable[[Planned, Outcome], None]
-"""Called with every mission that has come to an end, in the order in which they do."""
+Listener = Callable[[PlannedMission, Outcome], None]
+"""Called with every mission that has ended, in the order in which they end."""
 
 _DIED = "its worker process died (killed, or out of memory)"
 
@@ -35,107 +34,112 @@ def run_study(
     retry: bool = False,
     listener: Listener | None = None,
 ) -> int:
-    """Run what is left of a study.
+    """Run the missions of a study that have not been run.
 
     Args:
         study: the study.
         engine: what to run it on.
-        retry: also run the missions again that failed before.
-        listener: is told of every mission that ends.
+        retry: also run missions that failed before.
+        listener: called with every mission that ends.
 
     Returns:
         How many missions were run.
 
     Raises:
-        StudyError: the folder cannot be used, or the engine is lost; what has finished is kept.
+        StudyError: the folder cannot be used, no worker can start, or the engine is lost. Finished
+            missions are kept.
     """
-    study.claim()
-    with study.folder.locked():
-        study.folder.sweep()
-        todo = study.todo(retry=retry)
-        return _Run(study, engine, listener).run(deque(todo))
+    with study.claimed():
+        return _StudyRun(study, engine, listener).run(deque(study.todo(retry=retry)))
 
 
-class _Run:
+class _StudyRun:
     def __init__(self, study: Study, engine: Engine, listener: Listener | None) -> None:
         self._study = study
         self._engine = engine
         self._listener = listener
-        self._waiting: dict[Future[Outcome], Planned] = {}
-        self._suspects: deque[Planned] = deque()
-        self._suspected: set[str] = set()
+        self._waiting: dict[Future[Outcome], PlannedMission] = {}
+        self._suspects: deque[PlannedMission] = deque()
         self._ended = 0
 
-    def run(self, todo: deque[Planned]) -> int:
-        """Run all; returns how many came to an end."""
+    def run(self, todo: deque[PlannedMission]) -> int:
+        """Run all; returns how many ended."""
         while todo or self._suspects:
             with self._engine.open() as executor:
-                self._until_broken(executor, todo)
+                if self._suspects:
+                    self._run_alone(executor, self._suspects.popleft())
+                else:
+                    self._run_until_broken(executor, todo)
         return self._ended
 
-    def _until_broken(self, executor: Executor, todo: deque[Planned]) -> None:
+    def _run_alone(self, executor: Executor, mission: PlannedMission) -> None:
+        """Run one mission with nothing beside it, so that a dead worker is its own doing."""
+        try:
+            future = executor.submit(run_task, self._task(mission))
+            wait_for([future])
+        except RuntimeError as error:
+            raise StudyError(f"the engine of the study is lost: {error}") from None
+        if _is_broken(future):
+            self._report(mission, Outcome(mission.name, _DIED))
+        else:
+            self._report(mission, self._outcome(mission, future))
+
+    def _run_until_broken(self, executor: Executor, todo: deque[PlannedMission]) -> None:
         """Run until all is done, or until the executor breaks."""
         while True:
-            # Twice as many as can run are handed in, so that no worker waits for the next.
-            alone = self._suspects or any(m.name in self._suspected for m in self._waiting.values())
-            room = 1 if alone else 2 * self._engine.width
-            source = self._suspects or todo
+            # Twice as many as can run are submitted, so that no worker waits for the next.
+            room = 2 * self._engine.width
             try:
-                while source and len(self._waiting) < room:
-                    self._waiting[executor.submit(carry_out, self._task(source[0]))] = source[0]
-                    source.popleft()
+                while todo and len(self._waiting) < room:
+                    self._waiting[executor.submit(run_task, self._task(todo[0]))] = todo[0]
+                    todo.popleft()
             except BrokenExecutor:
-                return self._sort_out()
+                wait_for(self._waiting)
+                self._take(set(self._waiting))
+                return
             except RuntimeError as error:
                 raise StudyError(f"the engine of the study is lost: {error}") from None
             if not self._waiting:
-                return None
+                return
             done, _ = wait_for(self._waiting, return_when=FIRST_COMPLETED)
-            if any(_is_broken(future) for future in done):
-                return self._sort_out()
-            for future in done:
-                self._take(future)
+            self._take(done)
 
-    def _sort_out(self) -> None:
-        """A worker died: take what has finished, and suspect what has not."""
-        broken = []
-        wait_for(self._waiting)
-        for future in list(self._waiting):
+    def _take(self, done: set[Future[Outcome]]) -> None:
+        """Report what has ended; missions whose worker died are to be run alone."""
+        for future in [future for future in self._waiting if future in done]:
+            mission = self._waiting.pop(future)
             if _is_broken(future):
-                broken.append(self._waiting.pop(future))
-            else:
-                self._take(future)
-        for mission in broken:
-            if len(broken) == 1 and mission.name in self._suspected:
-                self._tell(mission, Outcome(mission.name, _DIED))
-            else:
-                self._suspected.add(mission.name)
                 self._suspects.append(mission)
+            else:
+                self._report(mission, self._outcome(mission, future))
 
-    def _take(self, future: Future[Outcome]) -> None:
-        mission = self._waiting.pop(future)
+    def _outcome(self, mission: PlannedMission, future: Future[Outcome]) -> Outcome:
         try:
-            outcome = future.result()
+            return future.result()
         except CancelledError:
             raise StudyError("the engine of the study is lost") from None
-        except Exception as error:  # Dask's KilledWorker, or whatever else an engine raises.
-            outcome = Outcome(mission.name, f"{type(error).__name__}: {error}")
-        self._tell(mission, outcome)
+        except Exception as error:  # Anything that an engine raises.
+            return Outcome(mission.name, f"{type(error).__name__}: {error}")
 
-    def _tell(self, mission: Planned, outcome: Outcome) -> None:
+    def _report(self, mission: PlannedMission, outcome: Outcome) -> None:
         if outcome.error is None:
             self._study.folder.forget_failure(mission.name)
         else:
-            self._study.folder.note_failure(Failure(mission.name, outcome.error, outcome.traceback))
+            failure = Failure(mission.name, outcome.error, outcome.traceback)
+            self._study.folder.note_failure(failure)
         self._ended += 1
         if self._listener is not None:
             self._listener(mission, outcome)
 
-    def _task(self, mission: Planned) -> Task:
+    def _task(self, mission: PlannedMission) -> Task:
         study = self._study
         folder = str(study.folder.run(mission.name).resolve())
         return Task(mission.name, study.scenario(mission), folder, study.declared.record)
 
 
 def _is_broken(future: Future[Outcome]) -> bool:
-    return not future.cancelled() and isinstance(future.exception(), BrokenExecutor)
+    """Whether a worker died; Dask says so for every mission that the worker held."""
+    if future.cancelled():
+        return False
+    error = future.exception()
+    return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from swarmscout.core.errors import ScenarioError, StudyError
 from swarmscout.core.version import package_version
 from swarmscout.mission.mission import RULES_VERSION
 from swarmscout.mission.scenario import Scenario
-from swarmscout.studies.plan import Planned, base_scenario, expand, scenario_of
+from swarmscout.studies.plan import PlannedMission, base_scenario, expand, scenario_of
 from swarmscout.studies.study_file import (
     Axis,
     StudyFile,
@@ -22,17 +23,19 @@ from swarmscout.studies.study_file import (
 from swarmscout.studies.study_folder import Failure, StudyFolder
 
 if TYPE_CHECKING:
+    import numpy as np
     import polars as pl
+    from numpy.typing import NDArray
 
 __all__ = ["Study"]
 
 
 class Study:
-    """Many missions that answer one question; open it with :meth:`Study.load`.
+    """Many missions that answer one question; open one with :meth:`Study.load`.
 
     Attributes:
-        declared: what the file says.
-        axes: its axes.
+        declared: the contents of the study's file.
+        axes: the axes of the sweep, in the file's order.
         folder: where results go.
 
     Example:
@@ -57,24 +60,23 @@ class Study:
         Args:
             path: its file, or the folder of a study that was run.
             out: where results go; by default ``runs/study-<name>``, or the folder itself.
-            trials: instead of the file's.
+            trials: overrides the file's number of trials.
 
         Raises:
-            StudyError: the file is wrong, or there is none.
+            StudyError: the file is missing or wrong.
         """
         declared, axes, base = read_study_file(path)
-        if trials is not None:
-            declared = declared.model_copy(update={"trials": trials})
         if out is None:
             is_folder = Path(path).is_dir()
             out = Path(path) if is_folder else Path("runs") / f"study-{declared.name}"
-        return Study(declared, axes, base, StudyFolder(Path(out)))
+        study = Study(declared, axes, base, StudyFolder(Path(out)))
+        return study if trials is None else study.changed({"trials": trials})
 
     def changed(self, changes: Mapping[str, Any]) -> Study:
-        """The same study with other declarations, in the same folder.
+        """The same study with some keys of its file changed, in the same folder.
 
         Args:
-            changes: of the file's keys.
+            changes: top-level keys of the file and their new values.
 
         Raises:
             StudyError: a change is impossible.
@@ -85,7 +87,7 @@ class Study:
         return f"<Study '{self.declared.name}' in '{self.folder.path}'>"
 
     @cached_property
-    def missions(self) -> list[Planned]:
+    def missions(self) -> list[PlannedMission]:
         """Every mission, in the order in which they are run.
 
         Raises:
@@ -107,38 +109,41 @@ class Study:
 
     @property
     def settings(self) -> list[Axis]:
-        """Axes that say how missions are set up, besides what is compared and where it is run."""
+        """The axes that are neither compared nor a place (world, world seed)."""
         return [axis for axis in self.axes if axis is not self.compared and not axis.is_place]
 
     @property
     def versions(self) -> dict[str, Any]:
-        """Of the package, and of the rules."""
+        """Version of the package and of the rules."""
         return {"version": package_version(), "rules_version": RULES_VERSION}
 
-    def scenario(self, mission: Planned) -> Scenario:
+    def scenario(self, mission: PlannedMission) -> Scenario:
         """The resolved scenario of a mission."""
         return scenario_of(self.axes, self._scenario, self._base, mission.values, mission.seed)
 
-    def claim(self) -> None:
-        """Make the study's folder, or take the one there is, and keep the file in it.
+    @contextmanager
+    def claimed(self) -> Iterator[None]:
+        """Hold the study's folder for this process, with the study's file in it.
 
         Raises:
-            StudyError: the folder holds something else, or the study is impossible.
+            StudyError: the study is impossible, or its folder cannot be used; then nothing in the
+                folder has changed.
         """
         self.missions  # noqa: B018 - a study that cannot be run leaves no folder behind.
-        self.folder.claim(self.declared.name, self.text)
+        with self.folder.claimed(self.declared.name, self.text):
+            yield
 
     @property
     def text(self) -> str:
-        """The study's file as it is kept in the folder: it means the same wherever it lies."""
+        """The study's file as kept in the folder, with absolute paths."""
         return study_toml(self.declared, self._base, self.versions)
 
-    def todo(self, *, retry: bool = False) -> list[Planned]:
-        """Missions that are neither finished nor, unless they are to be tried again, failed."""
+    def todo(self, *, retry: bool = False) -> list[PlannedMission]:
+        """Missions that have not finished, and have not failed unless `retry` is set."""
         finished = self.folder.finished()
         failed = set() if retry else set(self.folder.failed())
-        left = {m.name: m for m in self.missions if m.name not in finished | failed}
-        return list(left.values())
+        over = finished | failed
+        return list({m.name: m for m in self.missions if m.name not in over}.values())
 
     def failures(self) -> list[Failure]:
         """The missions of this study that failed and have not succeeded since."""
@@ -149,9 +154,24 @@ class Study:
     def frame(self) -> pl.DataFrame:
         """One tidy table: a row per mission, a column per axis and per measured number.
 
+        The column ``status`` is ``finished``, ``failed`` or ``not run``.
+
         Raises:
             StudyError: a finished run is damaged.
         """
         from swarmscout.studies.table import missions_table
 
-        return missions_table(self)
+        record = self.declared.record
+        return missions_table(self.missions, self.axes, self.folder, record, self.scenario)
+
+    def curves(self) -> NDArray[np.float32]:
+        """float32[missions, steps + 1]: explored m² after each step, in the rows' order.
+
+        NaN for missions that have not finished, and after the end of those shorter than others.
+
+        Raises:
+            StudyError: a finished run is damaged.
+        """
+        from swarmscout.studies.table import area_curves
+
+        return area_curves(self.missions, self.folder, self.declared.record)

@@ -1,11 +1,12 @@
 """A study's file: the question, the metric and the comparison, declared before anything runs.
 
-What a study runs is a base scenario with some keys changed, every combination of the axes' values,
-and for each of them the same seeds.
+A study runs a base scenario with some keys changed, for every combination of the axes' values and
+with the same seeds for each combination.
 """
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -32,14 +33,17 @@ __all__ = [
     "checked",
     "dotted",
     "read_study_file",
+    "refuse_fifo",
     "study_toml",
 ]
 
-_PARAMETERS = ("selector.", "policy.")
-"""Keys below these are the parameters of the selector, and of the policy of team sizes."""
+_PARAMETERS = ("selector.", "policy.", "sensor.")
+"""Sections with the parameters of the selector, of the policy for team sizes, of the sensor."""
 
 PLACE_KEYS = ("world", "world_seed", "seed")
-"""Keys that say where and with which luck a mission runs: pairs agree in them."""
+"""Keys that set the world and the random streams: the two missions of a pair agree in them."""
+
+MOST_MISSIONS = 1_000_000
 
 
 class Comparison(BaseModel):
@@ -48,30 +52,38 @@ class Comparison(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     axis: str = Field(min_length=1, description="the axis whose values are compared")
-    baseline: str | bool | int | float = Field(description="the value that others are compared to")
+    baseline: str | bool | int | float = Field(
+        description="the value that the others are compared with"
+    )
 
 
 class StudyFile(BaseModel):
-    """The declared part of a study, as it stands in the file."""
+    """The keys of a study's file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", description="names the folder")
+    name: str = Field(
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100, description="names the folder"
+    )
     title: str = Field("", description="the report's title; by default the name")
-    question: str = Field(min_length=1, description="what is asked, in a sentence")
-    metric: str = Field("explored_m2", description="what decides the question")
+    question: str = Field(min_length=1, description="the question, in one sentence")
+    metric: str = Field("explored_m2", description="the measure that answers the question")
     base: str = Field("paper", description="the scenario that all missions start from")
-    trials: int = Field(20, ge=1, le=1_000_000, description="missions of each combination")
-    first_seed: int = Field(0, ge=0, description="their seeds count up from here")
-    record: Literal["full", "curves", "summary"] = Field("curves", description="what runs keep")
+    trials: int = Field(20, ge=1, le=MOST_MISSIONS, description="missions of each combination")
+    first_seed: int = Field(
+        0, ge=0, le=2**62, description="seed of the first mission; others count up from it"
+    )
+    record: Literal["full", "curves", "summary"] = Field("curves", description="what runs record")
     compare: Comparison
-    scenario: dict[str, Any] = Field(default_factory=dict, description="changes of the base")
+    scenario: dict[str, Any] = Field(
+        default_factory=dict, description="keys of the base that change"
+    )
     axes: dict[str, list[Any]] = Field(min_length=1, description="keys and their values")
 
     @model_validator(mode="before")
     @classmethod
     def _dotted_axes(cls, data: Any) -> Any:
-        """In TOML ``teams.desired_size = [1, 5]`` is a table in a table: one axis to us."""
+        """Join nested TOML tables: ``teams.desired_size = [1, 5]`` is one axis."""
         if isinstance(data, dict) and isinstance(data.get("axes"), dict):
             data = {**data, "axes": dict(dotted(data["axes"]))}
         return data
@@ -81,7 +93,7 @@ class AxisValue:
     """One value of an axis: its label, and the scenario keys that it sets.
 
     Attributes:
-        label: what tables and figures call it; a number for an axis of numbers.
+        label: its name in tables and figures; a number for an axis of numbers.
         keys: dotted scenario keys and their values.
     """
 
@@ -114,7 +126,7 @@ class Axis:
 
     @property
     def is_place(self) -> bool:
-        """Whether the axis says where missions run, and not how."""
+        """Whether it sets only the world or its seed."""
         return self.keys <= set(PLACE_KEYS)
 
     @property
@@ -129,20 +141,21 @@ def read_study_file(path: str | Path) -> tuple[StudyFile, list[Axis], Path]:
     """Read and check a study's file.
 
     Args:
-        path: the file; or a study's folder, which holds one.
+        path: the file, or a study's folder that holds one.
 
     Returns:
-        What it declares; its axes; and the folder for relative paths in it.
+        Its keys, its axes, and the folder that relative paths in it are relative to.
 
     Raises:
-        StudyError: in one line, what is wrong and what would be right.
+        StudyError: the file is missing, unreadable or wrong.
     """
     file = Path(path)
     if file.is_dir():
         if not (file / "study.toml").exists():
-            raise StudyError(f"'{file}' is no study's folder: it has no study.toml")
+            raise StudyError(f"'{file}' is not a study's folder: it has no study.toml")
         file = file / "study.toml"
     where = f"study file '{file}'"
+    refuse_fifo(file, where)
     try:
         data = tomllib.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -150,9 +163,11 @@ def read_study_file(path: str | Path) -> tuple[StudyFile, list[Axis], Path]:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
         raise StudyError(f"{where} cannot be read: {reason}") from None
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise StudyError(f"{where} cannot be read: its brackets are nested too deeply") from None
+    except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits.
         raise StudyError(f"{where} is not valid TOML: {error}") from None
-    data.pop("swarmscout", None)  # A study's folder says here which version wrote it.
+    data.pop("swarmscout", None)  # The version that wrote a kept file.
     try:
         return checked(data, file.resolve().parent)
     except StudyError as error:
@@ -160,10 +175,17 @@ def read_study_file(path: str | Path) -> tuple[StudyFile, list[Axis], Path]:
 
 
 def checked(data: Mapping[str, Any], folder: Path) -> tuple[StudyFile, list[Axis], Path]:
-    """What a study's data declare; its axes; and the folder, as it was given.
+    """Check the data of a study's file.
+
+    Args:
+        data: the file's keys and values.
+        folder: what relative paths are relative to.
+
+    Returns:
+        The declared study, its axes, and `folder`.
 
     Raises:
-        StudyError: in one line, what is wrong and what would be right.
+        StudyError: a key is unknown, missing or has an impossible value.
     """
     try:
         declared = StudyFile.model_validate(data)
@@ -175,12 +197,12 @@ def checked(data: Mapping[str, Any], folder: Path) -> tuple[StudyFile, list[Axis
 
 
 def study_toml(declared: StudyFile, folder: Path, header: Mapping[str, Any]) -> str:
-    """A study's file that means the same when it is kept elsewhere.
+    """The text of a study's file that can be moved to another folder.
 
     Args:
-        declared: what to write.
-        folder: what relative paths are relative to; files that exist there become absolute.
-        header: facts on who wrote it, kept in a table that readers skip.
+        declared: the study.
+        folder: what relative paths are relative to; paths of existing files become absolute.
+        header: versions, kept in a table that readers skip.
     """
     data = declared.model_dump()
     data["base"] = absolute(data["base"], folder)
@@ -194,7 +216,7 @@ def study_toml(declared: StudyFile, folder: Path, header: Mapping[str, Any]) -> 
     return tomli_w.dumps({**data, "swarmscout": dict(header)})
 
 
-PATH_KEYS = ("world", "destinations", "teams.policy", "llm.cassette")
+PATH_KEYS = ("world", "destinations", "teams.policy", "sensor.model", "llm.cassette")
 """Keys whose values may name a file."""
 
 
@@ -205,7 +227,7 @@ def _make_absolute(keys: dict[str, Any], folder: Path) -> None:
 
 
 def absolute(value: Any, folder: Path) -> Any:
-    """A path that exists in a folder, or ``FILE.py:NAME`` whose file does, made absolute."""
+    """The absolute path of a file that exists in a folder, or of ``FILE.py:NAME``; else `value`."""
     if not isinstance(value, str):
         return value
     path, colon, name = value.rpartition(":")
@@ -220,12 +242,11 @@ def absolute(value: Any, folder: Path) -> Any:
 def _axis(name: str, values: list[Any]) -> Axis:
     known = {key.key for key in scenario_keys()}
     if name.startswith(_PARAMETERS):
-        known.add(name)  # Which parameters there are, the rule itself says.
+        known.add(name)  # The selector or policy checks its own parameters.
     if not values:
         raise StudyError(f"axis '{name}' has no values")
     tables = [isinstance(value, dict) for value in values]
     if name in known and not all(tables):
-        # A table among plain values says its own label: { label = …, value = … } has no use yet.
         if any(tables):
             raise StudyError(f"axis '{name}' mixes tables and plain values: write one or the other")
         axis = Axis(name, [AxisValue(_plain_label(name, v), {name: v}) for v in values])
@@ -234,10 +255,12 @@ def _axis(name: str, values: list[Any]) -> Axis:
     else:
         near = did_you_mean(name, known)
         raise StudyError(
-            f"axis '{name}' is no scenario key: {near} (an axis of another name needs tables as "
+            f"axis '{name}' is not a scenario key: {near} (an axis of another name needs tables as "
             'values: { label = "…", KEY = VALUE })'
         )
     labels = [str(label) for label in axis.labels]
+    if not all(label.isprintable() for label in labels):
+        raise StudyError(f"axis '{name}': a label holds a control character")
     doubled = next((label for label in labels if labels.count(label) > 1), None)
     if doubled is not None:
         raise StudyError(f"axis '{name}' has the value {doubled} twice")
@@ -249,7 +272,7 @@ def _plain_label(name: str, value: Any) -> str | int | float | bool:
         return value
     if isinstance(value, str):
         return _short(name, value)
-    raise StudyError(f"axis '{name}': {value!r} is no number, text or table")
+    raise StudyError(f"axis '{name}': {value!r} is neither a number nor a text nor a table")
 
 
 def _short(key: str, value: str) -> str:
@@ -273,7 +296,7 @@ def _joint_value(name: str, keys: dict[str, Any]) -> AxisValue:
 def dotted(
     keys: Mapping[str, Any], whole: Sequence[str] = (), prefix: str = ""
 ) -> Iterator[tuple[str, Any]]:
-    """Every value under its dotted key: sections are opened, but for those named `whole`."""
+    """Every value under its dotted key; sections named in `whole` stay one value."""
     for key, value in keys.items():
         if isinstance(value, Mapping) and prefix + key not in whole:
             yield from dotted(value, whole, f"{prefix}{key}.")
@@ -295,21 +318,27 @@ def _check(declared: StudyFile, axes: list[Axis]) -> None:
     compared = by_name.get(declared.compare.axis)
     if compared is None:
         near = did_you_mean(declared.compare.axis, by_name)
-        raise StudyError(f"compare.axis '{declared.compare.axis}' is no axis: {near}")
+        raise StudyError(f"compare.axis '{declared.compare.axis}' is not an axis: {near}")
     if str(declared.compare.baseline) not in map(str, compared.labels):
         near = did_you_mean(str(declared.compare.baseline), map(str, compared.labels))
         raise StudyError(
-            f"compare.baseline '{declared.compare.baseline}' is no value of axis "
+            f"compare.baseline '{declared.compare.baseline}' is not a value of axis "
             f"'{compared.name}': {near}"
         )
     if len(compared.values) < 2:
         raise StudyError(f"axis '{compared.name}' has one value: there is nothing to compare")
     if "seed" in compared.keys:
-        raise StudyError("seeds make the pairs: they cannot be what is compared")
+        raise StudyError("compare.axis sets 'seed': pairs share a seed, so it cannot be compared")
     seeds = [axis.name for axis in axes if "seed" in axis.keys]
     if seeds or "seed" in declared.scenario:
         where = f"axis '{seeds[0]}'" if seeds else "[scenario]"
         raise StudyError(f"{where} sets 'seed': say trials and first_seed instead")
+    missions = declared.trials * math.prod(len(axis.values) for axis in axes)
+    if missions > MOST_MISSIONS:
+        raise StudyError(
+            f"this is {missions:,} missions: at most {MOST_MISSIONS:,} are possible, so take fewer "
+            "trials or values"
+        )
     owner: dict[str, str] = {}
     for axis in axes:
         for key in axis.keys:
@@ -320,18 +349,31 @@ def _check(declared: StudyFile, axes: list[Axis]) -> None:
 def base_of(declared: StudyFile, folder: Path) -> str | Path:
     """The base scenario's name or file."""
     beside = folder / declared.base
-    return declared.base if declared.base in named_scenarios() or not beside.exists() else beside
+    if declared.base in named_scenarios() or not beside.exists():
+        return declared.base
+    refuse_fifo(beside, f"base '{beside}'")
+    return beside
+
+
+def refuse_fifo(path: Path, where: str) -> None:
+    """Refuse what exists and is neither a file nor a folder: reading a FIFO would never end.
+
+    Raises:
+        StudyError: the path is a FIFO, a socket or a device.
+    """
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise StudyError(f"{where} is not a regular file")
 
 
 def changes_of(declared: StudyFile, folder: Path) -> dict[str, Any]:
-    """What the study changes in its base, as dotted keys; files are named by absolute paths."""
+    """The keys that the study changes in its base, dotted; file paths are absolute."""
     keys = _scenario_keys(declared.scenario)
     _make_absolute(keys, folder)
     return keys
 
 
 def _explain(error: ValidationError) -> str:
-    """The first thing that is wrong, in one line."""
+    """The first error, in one line."""
     first = error.errors(include_url=False)[0]
     key = ".".join(str(part) for part in first["loc"])
     if first["type"] == "extra_forbidden":
@@ -342,4 +384,4 @@ def _explain(error: ValidationError) -> str:
         meaning = f" ({description.description})" if description and description.description else ""
         return f"key '{key}' is missing{meaning}"
     message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
-    return f"key '{key}' = {first['input']!r}: {message}"
+    return f"key '{key}' = {repr(first['input'])[:100]}: {message}"

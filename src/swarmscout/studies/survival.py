@@ -1,7 +1,6 @@
-"""Time to a share of the reachable area: missions that end before it are censored, not left out.
+"""Time to a share of the reachable area, with missions that did not reach it as censored.
 
-A mission that did not get so far within its steps says that it needs longer, and no more. Medians
-are Kaplan-Meier's; the mean is restricted to the mission's length.
+Medians are Kaplan-Meier's; the mean is restricted to the mission's length.
 """
 
 from __future__ import annotations
@@ -24,12 +23,12 @@ class Times:
     """Time to one share of the reachable area, over missions.
 
     Attributes:
-        reached: how many missions got there.
-        n: how many there are.
-        median: steps until half of all missions are there, or None when fewer got there.
-        median_low: 95 % interval of it (by the survival curve's band), or None when it is open.
-        median_high: its upper end.
-        restricted: mean of the steps, missions that did not get there counted with their length.
+        reached: number of missions that reached the share.
+        n: number of missions.
+        median: steps until half of all missions reach it; None when fewer than half do.
+        median_low: lower end of its 95 % interval, from the survival curve's band; None when open.
+        median_high: upper end of that interval; None when open.
+        restricted: mean of the steps, with the mission's length for missions that did not reach it.
     """
 
     reached: int
@@ -41,10 +40,10 @@ class Times:
 
 
 def times_to(steps: NDArray[np.float64], longest: NDArray[np.float64]) -> Times:
-    """What times say, some of them censored.
+    """Summarize times of which some are censored.
 
     Args:
-        steps: float64[n], the first step with so much explored; NaN where it was not reached.
+        steps: float64[n], the first step with that share explored; NaN where it was not reached.
         longest: float64[n], the missions' lengths.
     """
     missed = np.isnan(steps)

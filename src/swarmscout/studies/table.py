@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,38 +11,55 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, StudyError
+from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.table_files import read_table
 from swarmscout.studies.metrics import METRICS, SHARES
-from swarmscout.studies.plan import Planned
+from swarmscout.studies.plan import PlannedMission
 from swarmscout.studies.sensing_limit import sensing_limit_m2
+from swarmscout.studies.study_file import Axis
+from swarmscout.studies.study_folder import StudyFolder
 
 if TYPE_CHECKING:
     import polars as pl
 
-    from swarmscout.studies.study import Study
+__all__ = ["area_curve", "area_curves", "missions_table", "summary_columns"]
 
-__all__ = ["area_curve", "curves", "missions_table", "summary_columns"]
+# Columns of the plan, or of tables of their own: not taken from summaries.
+_NOT_MEASURED = {
+    "version", "rules_version", "robots", "seed", "world", "start", "selector", "teams",
+    "area_at_step", "time_to",
+}  # fmt: skip
 
-_SKIPPED = {"version", "rules_version", "robots", "seed", "world", "start", "selector", "teams"}
-_OWN = {"area_at_step", "time_to"}
 
+def missions_table(
+    missions: Sequence[PlannedMission],
+    axes: Sequence[Axis],
+    folder: StudyFolder,
+    record: str,
+    scenario: Callable[[PlannedMission], Scenario],
+) -> pl.DataFrame:
+    """A row per mission; its ``status`` is ``finished``, ``failed`` or ``not run``.
 
-def missions_table(study: Study) -> pl.DataFrame:
-    """Every mission of a study: ``status`` is ``finished``, ``failed`` or ``not run``.
+    Args:
+        missions: the planned missions, in the order of rows.
+        axes: the study's axes, a column each.
+        folder: where runs and failures lie.
+        record: the recording level of the runs.
+        scenario: gives the resolved scenario of a mission.
 
     Raises:
         StudyError: a finished run is damaged.
     """
     import polars as pl
 
-    finished, failed = study.folder.finished(), study.folder.failed()
+    finished, failed = folder.finished(), folder.failed()
     limits: dict[tuple[int, ...], float] = {}
     rows = []
-    for mission in study.missions:
+    for mission in missions:
         row: dict[str, Any] = {
             "mission": mission.name,
             "status": "not run",
-            **{a.name: a.values[i].label for a, i in zip(study.axes, mission.values, strict=True)},
+            **{a.name: a.values[i].label for a, i in zip(axes, mission.values, strict=True)},
             "world": mission.world,
             "world_seed": mission.world_seed,
             "seed": mission.seed,
@@ -52,9 +69,9 @@ def missions_table(study: Study) -> pl.DataFrame:
         }
         if mission.name in finished:
             row["status"] = "finished"
-            row |= _measured(study.folder.run(mission.name), mission, study.declared.record)
+            row |= _measured(folder.run(mission.name), mission, record)
             if mission.values not in limits:
-                limits[mission.values] = sensing_limit_m2(study.scenario(mission))
+                limits[mission.values] = sensing_limit_m2(scenario(mission))
             row["limit_share"] = row["explored_m2"] / limits[mission.values]
         elif mission.name in failed:
             row |= {"status": "failed", "error": failed[mission.name].error}
@@ -64,35 +81,39 @@ def missions_table(study: Study) -> pl.DataFrame:
     return frame.with_columns(lacking)
 
 
-def curves(study: Study, frame: pl.DataFrame) -> NDArray[np.float32]:
+def area_curves(
+    missions: Sequence[PlannedMission], folder: StudyFolder, record: str
+) -> NDArray[np.float32]:
     """float32[missions, steps + 1]: explored m² after each step, NaN for missions not finished.
 
-    Missions of different lengths are as long as the longest: NaN behind their end.
+    Rows are as long as the longest mission's: NaN after the end of a shorter one.
 
     Args:
-        study: the study.
-        frame: its table, for the order of rows.
+        missions: the planned missions, in the order of rows.
+        folder: where runs lie.
+        record: the recording level of the runs.
 
     Raises:
         StudyError: a finished run is damaged.
     """
-    longest = max(mission.steps for mission in study.missions)
-    found = np.full((frame.height, longest + 1), np.nan, dtype=np.float32)
-    steps = {mission.name: mission.steps for mission in study.missions}
-    for at, (name, status) in enumerate(frame.select("mission", "status").iter_rows()):
-        if status == "finished":
-            curve = area_curve(study.folder.run(name), steps[name], study.declared.record)
-            found[at, : len(curve)] = curve
+    longest = max(mission.steps for mission in missions)
+    found = np.full((len(missions), longest + 1), np.nan, dtype=np.float32)
+    finished = folder.finished()
+    for row, mission in zip(found, missions, strict=True):
+        if mission.name in finished:
+            curve = area_curve(folder.run(mission.name), mission.steps, record)
+            row[: len(curve)] = curve
     return found
 
 
 def area_curve(folder: Path, steps: int, record: str) -> NDArray[np.float64]:
-    """float64[steps + 1]: explored m² of one run; what was explored when it ended stays explored.
+    """float64[steps + 1]: explored m² of one run; a mission that ended early keeps its last area.
 
     Args:
         folder: the run.
         steps: the mission's planned length.
-        record: its recording level; of a ``summary`` the area is known every 50 steps.
+        record: its recording level. A ``summary`` holds the area every 50 steps; values between
+            are interpolated.
 
     Raises:
         StudyError: the run is damaged.
@@ -114,7 +135,7 @@ def area_curve(folder: Path, steps: int, record: str) -> NDArray[np.float64]:
 
 
 def summary_columns(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """A run's summary as columns; what is nested gets dotted names, as ``llm.calls``."""
+    """A run's summary as columns; nested values get dotted names, such as ``llm.calls``."""
     times = summary.get("time_to", {})
     return {
         **dict(_scalars(summary)),
@@ -122,7 +143,7 @@ def summary_columns(summary: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _measured(folder: Path, mission: Planned, record: str) -> dict[str, Any]:
+def _measured(folder: Path, mission: PlannedMission, record: str) -> dict[str, Any]:
     summary = _summary(folder)
     row = summary_columns(summary)
     row["auc_m2"] = float(area_curve(folder, mission.steps, record).mean())
@@ -132,8 +153,8 @@ def _measured(folder: Path, mission: Planned, record: str) -> dict[str, Any]:
             row["decisions"] = read_table(folder, "decisions").height
         except RunError as error:
             raise StudyError(str(error)) from None
-        # Some steps compile or load something: of all steps the median tells what one costs. Few
-        # steps decide much, so of decisions it is the mean, without the first step.
+        # Some steps compile or load code, so the median gives the cost of a step. Few steps decide
+        # much, so decisions take the mean. The first step is left out of both.
         ways = (("step_s", "step_ms", np.median), ("decide_s", "decide_ms", np.mean))
         for column, name, middle in ways:
             if column in timing.columns and timing.height > 1:
@@ -154,7 +175,7 @@ def _summary(folder: Path) -> dict[str, Any]:
 
 def _scalars(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     for key, value in values.items():
-        if not prefix and (key in _SKIPPED or key in _OWN):
+        if not prefix and key in _NOT_MEASURED:
             continue
         if isinstance(value, Mapping):
             yield from _scalars(value, f"{prefix}{key}.")

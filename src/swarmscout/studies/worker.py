@@ -1,4 +1,4 @@
-"""What a worker does: one mission, from its scenario to a finished run folder."""
+"""One mission in a worker process, from its scenario to a finished run folder."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ from swarmscout.core.errors import RunError, SwarmscoutError
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.writer import RunWriter
+from swarmscout.studies.study_folder import is_run
 from swarmscout.worlds.catalogue import NAMED_TUBES, load_world
 from swarmscout.worlds.world import World
 
-__all__ = ["Outcome", "Task", "carry_out"]
+__all__ = ["Outcome", "Task", "run_task"]
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One mission to be run.
+    """One mission to run.
 
     Attributes:
-        name: of the mission.
-        scenario: what to run.
-        folder: where its run goes, as text: it may be another machine's path.
+        name: the mission's name.
+        scenario: its resolved scenario.
+        folder: where its run goes, as text, since it may be a path of another machine.
         record: the recording level.
     """
 
@@ -41,14 +42,14 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of a task.
+    """The result of a task.
 
     Attributes:
-        name: of the mission.
-        error: what went wrong, in one line; None when it succeeded.
-        traceback: where, for a defect.
+        name: the mission's name.
+        error: what went wrong, in one line; None when the mission succeeded.
+        traceback: where, for a defect; empty for a known error.
         explored_m2: explored area; NaN for a failed mission.
-        seconds: CPU time of the mission and of recording it, without loading its world.
+        seconds: CPU time of the mission and its recording, without loading the world.
     """
 
     name: str
@@ -58,13 +59,13 @@ class Outcome:
     seconds: float = 0.0
 
 
-def carry_out(task: Task) -> Outcome:
-    """Run one mission and keep it; an error is an outcome, too.
+def run_task(task: Task) -> Outcome:
+    """Run one mission and keep it; an error is returned as an outcome.
 
-    The run appears under its name whole or not at all. Where it stands already, nothing is done.
+    The run appears under its name complete or not at all. A run that exists already is kept.
     """
     final = Path(task.folder)
-    if final.exists():
+    if is_run(final):
         return Outcome(task.name)
     try:
         explored_m2, seconds = _run(task, final)
@@ -82,7 +83,7 @@ def _run(task: Task, final: Path) -> tuple[float, float]:
     try:
         world = _world(task.scenario.world, task.scenario.world_seed, _stamp(task.scenario.world))
         began = time.process_time()
-        # A mission that is killed is run anew: there is no need to close its tables on the way.
+        # A mission that is killed is run again, so its tables need no closed parts on the way.
         writer = RunWriter(part, level=task.record, parts=False)
         mission = Mission(task.scenario, world=world, recorder=writer)
         try:
@@ -90,10 +91,12 @@ def _run(task: Task, final: Path) -> tuple[float, float]:
         finally:
             mission.close()
         seconds = time.process_time() - began
+        if final.is_dir() and not is_run(final):
+            shutil.rmtree(final, ignore_errors=True)  # Not a run: nothing can read it.
         try:
             os.rename(part, final)
         except OSError as error:
-            if not final.is_dir():  # Else another worker was quicker; its run is the same.
+            if not is_run(final):  # Otherwise another worker finished first, with the same run.
                 raise RunError(f"cannot make '{final}': {error.strerror or error}") from None
     finally:
         if part.exists():
@@ -103,10 +106,10 @@ def _run(task: Task, final: Path) -> tuple[float, float]:
 
 @cache
 def _settle() -> None:
-    """After its first mission a worker has loaded what it needs: no need to look at it again.
+    """Exempt what is loaded after the first mission from garbage collection.
 
-    Libraries and compiled code are half a million objects. The garbage collector goes through all
-    of them whenever a few missions have kept enough rows, which took a tenth of a worker's time.
+    Libraries and compiled code are half a million objects. Going through all of them after every
+    few missions took a tenth of a worker's time.
     """
     gc.collect()
     gc.freeze()
@@ -118,7 +121,7 @@ def _world(what: str, seed: int | None, stamp: int) -> World:
 
 
 def _stamp(what: str) -> int:
-    """When a world's file was changed; a worker on a cluster may live longer than a map."""
+    """When a world's file last changed: a worker of a cluster may outlive a map."""
     if what in NAMED_TUBES:
         return 0
     try:

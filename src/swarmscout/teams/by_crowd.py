@@ -1,39 +1,35 @@
-"""A policy that adapts to how many robots are near."""
+"""A policy that adapts to the number of robots nearby."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import PositiveInt
 
+from swarmscout.core.parameters import Metres, checked_dataclass
 from swarmscout.teams.robots_view import RobotsView
 
 __all__ = ["ByCrowd"]
 
 
-@dataclass(frozen=True, slots=True)
+@checked_dataclass
 class ByCrowd:
     """Teams where robots crowd, single robots where they have room.
 
-    In a crowd single robots stand in each other's way and head for the same few frontiers; a team
-    there counts as one. Out in the open members of a team drive in file and see the same twice.
-    Teams split up again only under the general rule for leaving: ``teams.leave_rule = "general"``.
+    In a crowd single robots obstruct each other and head for the same few frontiers, which a team
+    avoids. In the open, members of a team drive in single file and see the same area twice. Teams
+    split again only under the general rule for leaving, ``teams.leave_rule = "general"``.
 
-    Args:
-        reach_m: how far a robot looks round for others.
-        per: one more member is desired for each so many other robots within reach; never more
-            than ``teams.desired_size`` in all.
+    Attributes:
+        reach_m: distance within which other robots count.
+        per: number of other robots within reach for which one more member is desired, up to
+            ``teams.desired_size`` in all.
 
-    Source: ours; sizes that adapt are future work in the paper ("Conclusion").
+    Source: this package; adaptive sizes are future work in the paper ("Conclusion").
     """
 
-    reach_m: float = 3.0
-    per: int = 3
-
-    def __post_init__(self) -> None:
-        if self.per < 1:
-            raise ValueError(f"per = {self.per} must be at least 1")
+    reach_m: Metres = 3.0
+    per: PositiveInt = 3
 
     def desired(self, view: RobotsView) -> NDArray[np.int64]:
         """See :class:`swarmscout.teams.policy.DesiredSizePolicy`."""

@@ -14,7 +14,7 @@ __all__ = ["ByMode"]
 
 @dataclass(frozen=True, slots=True)
 class ByMode:
-    """The same size for all that explore (teams.desired_size), and 1 for those that charge.
+    """One size for robots that explore (``teams.desired_size``), and 1 for robots that charge.
 
     Source: paper, "Self-organization of teams": 5 in EXP mode, 1 in CHR mode.
     """

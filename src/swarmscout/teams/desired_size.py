@@ -1,4 +1,4 @@
-"""Desired team sizes: a policy is asked once a step, for all robots."""
+"""Desired team sizes: a policy is called once per step, for all robots."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import CHARGE
 from swarmscout.core.errors import PolicyError
 from swarmscout.core.jit import kernel
 from swarmscout.core.tracebacks import describe_error
-from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import DESIRED, MODE, Minds
+from swarmscout.minds.minds import Minds
 from swarmscout.teams.policy import LARGEST, DesiredSizePolicy
 from swarmscout.teams.robots_view import RobotsView
 
@@ -20,29 +20,29 @@ __all__ = ["DesiredSizes", "checked_sizes"]
 
 
 @kernel
-def take_sizes(state, answer, largest):  # type: ignore[no-untyped-def]
+def take_sizes(own, answer, largest):  # type: ignore[no-untyped-def]
     """Write desired sizes into minds; in CHR mode it is 1.
 
     Args:
-        state: int64[N, columns]; answer: int64[N]; largest: how many are possible.
+        own: MIND[N]; answer: int64[N]; largest: how many are possible.
 
     Returns:
         The first robot whose answer is impossible, or -1.
     """
-    for i in range(state.shape[0]):
+    for i in range(own.shape[0]):
         if answer[i] < 1 or answer[i] > largest:
             return i
-        state[i, DESIRED] = 1 if state[i, MODE] == CHARGE else answer[i]
+        own[i].desired = 1 if own[i].mode == CHARGE else answer[i]
     return -1
 
 
 class DesiredSizes:
-    """Asks the policy.
+    """Calls the policy.
 
     Args:
-        policy: the rule.
-        name: what it is called in errors.
-        desired_size: the scenario's ``teams.desired_size``; until the first step all want that.
+        policy: sets the sizes.
+        name: its name in errors.
+        desired_size: the scenario's ``teams.desired_size``, also the size before the first step.
     """
 
     def __init__(self, policy: DesiredSizePolicy, name: str, desired_size: int) -> None:
@@ -50,13 +50,13 @@ class DesiredSizes:
         self.name = name
         self.desired_size = desired_size
 
-    def decide(self, minds: Minds, grids: OccupancyGrids, step: int) -> None:
-        """Ask what size of team each robot desires, and write it into its mind.
+    def decide(self, minds: Minds, knowledge: Knowledge, step: int) -> None:
+        """Write the team size that each robot desires into its mind.
 
         Raises:
-            PolicyError: the policy failed, or its answer is no size for each robot.
+            PolicyError: the policy failed, or did not answer a size for each robot.
         """
-        view = RobotsView(minds, grids, step, self.desired_size)
+        view = RobotsView(minds, knowledge, step, self.desired_size)
         try:
             answer = self.policy.desired(view)
         except (Exception, SystemExit) as error:
@@ -65,7 +65,7 @@ class DesiredSizes:
             ) from error
         try:
             sizes = checked_sizes(answer, len(view))
-            wrong = int(take_sizes(minds.state, sizes, LARGEST))
+            wrong = int(take_sizes(minds.own, sizes, LARGEST))
         except PolicyError as error:
             raise PolicyError(f"policy '{self.name}' {error} (step {step})") from None
         if wrong >= 0:
@@ -83,7 +83,7 @@ def checked_sizes(answer: Any, robots: int) -> NDArray[np.int64]:
         robots: N.
 
     Raises:
-        PolicyError: it is something else; the message starts with a verb.
+        PolicyError: it is something else; the message begins with a verb.
     """
     if isinstance(answer, np.ndarray) and answer.dtype == np.int64 and answer.shape == (robots,):
         return np.ascontiguousarray(answer)

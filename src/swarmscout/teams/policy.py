@@ -1,7 +1,7 @@
-"""The face of every policy for the desired team size (paper, "Decentralized team formation").
+"""The protocol of policies for the desired team size (paper, "Decentralized team formation").
 
-A policy is a frozen record with one pure method: a view in, a size for each robot out. What it
-remembers is its last answer, which the view shows.
+A policy is a frozen record with one pure method: a view in, a size for each robot out. Its only
+memory is its last answer, which the view contains.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from swarmscout.teams.robots_view import RobotsView
 __all__ = ["LARGEST", "DesiredSizePolicy"]
 
 LARGEST = 100_000
-"""Nobody desires a larger team."""
+"""The largest desired team size."""
 
 
 @runtime_checkable
 class DesiredSizePolicy(Protocol):
-    """Sets how many robots each robot would like its team to have.
+    """Sets the team size that each robot desires.
 
     Example:
         >>> from dataclasses import dataclass
@@ -39,7 +39,7 @@ class DesiredSizePolicy(Protocol):
             view: what N robots know, row i of each array what robot i knows.
 
         Returns:
-            int64[N], each from 1 to LARGEST; element i depends on row i of the view alone. A robot
-            in CHR mode wants to be alone (paper), whatever stands in its place.
+            int64[N], each from 1 to LARGEST; element i depends on row i of the view alone. The
+            element of a robot in CHR mode is ignored: its desired size is 1 (paper).
         """
         ...

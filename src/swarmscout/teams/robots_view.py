@@ -1,7 +1,7 @@
-"""What a policy for the desired team size gets to see: what each robot knows, in arrays.
+"""The view of a policy for the desired team size: what each robot knows, in arrays.
 
-One view serves all robots, because a call for each would cost more than a step. Row i of every
-array belongs to robot i and holds what i knows of itself, reads from its own map, or has heard.
+One view serves all robots, because a call for each would cost more than a step. Row i of each array
+belongs to robot i and holds what i knows of itself, from its own map, and from what it heard.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import CHARGE
 from swarmscout.core.jit import kernel
-from swarmscout.mapping.occupancy import FRONTIER, OccupancyGrids
-from swarmscout.minds.minds import DESIRED, LEADER, MODE, SIZE, STEP, TEAM, Minds
+from swarmscout.mapping.occupancy import FRONTIER, FRONTIERS
+from swarmscout.minds.minds import Minds
 
 __all__ = ["RobotsView"]
 
@@ -24,31 +25,28 @@ T = TypeVar("T", bound=np.generic)
 
 
 @kernel
-def look_around(  # type: ignore[no-untyped-def]
-    reading, heard_state, heard_reading, step, reach_m, counts, nearest_m
-):
-    """What each robot hears of others round it in this step.
+def look_around(own, ear, heard, step, reach_m, counts, nearest_m):  # type: ignore[no-untyped-def]
+    """Count the other robots near each robot, as heard in this step.
 
     Args:
-        reading: float64[N, 4], each robot's own; heard_state: int64[K, N, BEACON];
-            heard_reading: float64[K, N, 4], see ``Minds``.
-        step: the current step; reach_m: how far is near.
+        own: MIND[N]; ear: int64[N] and heard: BEACON[R, N], see ``Knowledge``.
+        step: the current step; reach_m: distance within which robots count.
         counts: int64[N, 2], written: other robots within reach, and those of other teams.
-        nearest_m: float64[N], written: how far the nearest robot of another team is; inf: none.
+        nearest_m: float64[N], written: distance to the nearest robot of another team; inf: none.
     """
-    for i in range(reading.shape[0]):
-        k = i if heard_state.shape[0] > 1 else 0
+    for i in range(own.shape[0]):
+        row = heard[ear[i]]
         counts[i, 0] = 0
         counts[i, 1] = 0
         nearest2 = np.inf
-        for j in range(reading.shape[0]):
-            if j == i or heard_state[k, j, STEP] != step:
+        for j in range(row.shape[0]):
+            if j == i or row[j].step != step:
                 continue
-            dx = heard_reading[k, j, 0] - reading[i, 0]
-            dy = heard_reading[k, j, 1] - reading[i, 1]
+            dx = row[j].x_m - own[i].x_m
+            dy = row[j].y_m - own[i].y_m
             distance2 = dx * dx + dy * dy
-            # What i itself said in this step is in its own table too.
-            stranger = heard_state[k, j, TEAM] != heard_state[k, i, TEAM]
+            # The own beacon of this step is in the table, too.
+            stranger = row[j].team != row[i].team
             if stranger:
                 nearest2 = min(nearest2, distance2)
             if distance2 <= reach_m * reach_m:
@@ -58,30 +56,32 @@ def look_around(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def count_near_frontiers(  # type: ignore[no-untyped-def]
-    reading, status, origin_x_m, origin_y_m, cell_m, rows, columns, reach_m, counts
-):
-    """Frontier cells of each robot's own map within reach of it.
+def count_near_frontiers(own, ear, status, grid, reach_m, counts):  # type: ignore[no-untyped-def]
+    """Count the frontier cells of each robot's own map within reach of it.
 
     Args:
-        reading: float64[N, 4]; status: uint8[K, C'], see ``OccupancyGrids``.
-        origin_x_m, origin_y_m, cell_m, rows, columns: the grid's frame.
+        own: MIND[N]; ear: int64[N], see ``Knowledge``.
+        status: uint8[R, C'], see ``OccupancyGrids``.
+        grid: GRID[1], the grid's frame.
         reach_m: from the robot to a cell's centre.
         counts: int64[N], written.
     """
-    for i in range(reading.shape[0]):
-        m = i if status.shape[0] > 1 else 0
+    grid = grid[0]
+    for i in range(own.shape[0]):
+        m = ear[i]
         # In cells, from the centre of cell (0, 0).
-        x = (reading[i, 0] - origin_x_m) / cell_m - 0.5
-        y = (reading[i, 1] - origin_y_m) / cell_m - 0.5
-        reach = reach_m / cell_m
+        x = (own[i].x_m - grid.origin_x_m) / grid.cell_m - 0.5
+        y = (own[i].y_m - grid.origin_y_m) / grid.cell_m - 0.5
+        reach = reach_m / grid.cell_m
         n = 0
-        for row in range(max(0, math.ceil(y - reach)), min(rows - 1, math.floor(y + reach)) + 1):
+        for row in range(
+            max(0, math.ceil(y - reach)), min(grid.rows - 1, math.floor(y + reach)) + 1
+        ):
             half = math.sqrt(max(0.0, reach * reach - (row - y) * (row - y)))
             first = max(0, math.ceil(x - half))
-            last = min(columns - 1, math.floor(x + half))
+            last = min(grid.columns - 1, math.floor(x + half))
             for col in range(first, last + 1):
-                n += status[m, row * columns + col] & FRONTIER != 0
+                n += status[m, row * grid.columns + col] & FRONTIER != 0
         counts[i] = n
 
 
@@ -92,23 +92,23 @@ class RobotsView:
     robot i knows of itself, from its own map, and from the beacons that it heard.
 
     Args:
-        minds: what robots believe. grids: their maps.
+        minds: what robots believe. knowledge: what they have heard, and their maps.
         step: the current step.
         desired_size: the scenario's ``teams.desired_size``.
     """
 
-    __slots__ = ("_desired_size", "_found", "_grids", "_minds", "_step")
+    __slots__ = ("_desired_size", "_found", "_knowledge", "_minds", "_step")
 
-    def __init__(self, minds: Minds, grids: OccupancyGrids, step: int, desired_size: int) -> None:
+    def __init__(self, minds: Minds, knowledge: Knowledge, step: int, desired_size: int) -> None:
         self._minds = minds
-        self._grids = grids
+        self._knowledge = knowledge
         self._step = step
         self._desired_size = desired_size
         self._found: dict[Any, Any] = {}
 
     def __len__(self) -> int:
         """N, the number of robots."""
-        return len(self._minds.state)
+        return len(self._minds)
 
     @property
     def step(self) -> int:
@@ -127,43 +127,41 @@ class RobotsView:
 
     @property
     def exploring(self) -> NDArray[np.bool_]:
-        """bool[N], whether the robot explores; else it goes to charge or does."""
-        return _frozen(self._minds.state[:, MODE] != CHARGE)
+        """bool[N], whether the robot is in EXP mode; otherwise it charges or is on the way to."""
+        return _frozen(self._minds.mode != CHARGE)
 
     @property
     def charge(self) -> NDArray[np.float64]:
         """float64[N], own charge as a share of the capacity."""
-        return _frozen(self._minds.reading[:, 3])
+        return _frozen(self._minds.own["charge"])
 
     @property
     def position_m(self) -> NDArray[np.float64]:
-        """float64[N, 2], where the robot believes to be."""
-        return _frozen(self._minds.reading[:, :2])
+        """float64[N, 2], the believed position."""
+        return _frozen(self._minds.position_m)
 
     @property
     def leads(self) -> NDArray[np.bool_]:
-        """bool[N], whether the robot leads its team; one that is alone does."""
-        return _frozen(self._minds.state[:, LEADER] == np.arange(len(self)))
+        """bool[N], whether the robot leads its team; a single robot does."""
+        return _frozen(self._minds.leader == np.arange(len(self)))
 
     @property
     def team_size(self) -> NDArray[np.int64]:
-        """int64[N], members of the own team, as known in the last step."""
-        return _frozen(self._minds.state[:, SIZE])
+        """int64[N], number of members of the own team, as known in the last step."""
+        return _frozen(self._minds.own["size"])
 
     @property
     def previous(self) -> NDArray[np.int64]:
-        """int64[N], the robot's desired size until now: the last answer for it."""
-        return _frozen(self._minds.state[:, DESIRED])
+        """int64[N], the previous desired size: the last answer for the robot."""
+        return _frozen(self._minds.desired)
 
     @property
     def frontiers(self) -> NDArray[np.int64]:
-        """int64[N], frontier cells of the own map."""
-        maps = range(len(self._grids.counts))
-        counts = np.array([self._grids.frontier_count(m) for m in maps])
-        return _frozen(counts if len(counts) == len(self) else np.repeat(counts, len(self)))
+        """int64[N], number of frontier cells in the own map."""
+        return _frozen(self._knowledge.grids.counts[self._knowledge.ear, FRONTIERS])
 
     def frontiers_within(self, reach_m: float) -> NDArray[np.int64]:
-        """Frontier cells of the own map near the robot, whether walls hide them or not.
+        """Number of frontier cells of the own map near the robot, visible or not.
 
         Args:
             reach_m: from the robot to a cell's centre.
@@ -174,16 +172,16 @@ class RobotsView:
         key = "frontiers", reach_m
         if key not in self._found:
             counts = np.empty(len(self), dtype=np.int64)
-            frame = self._grids.frame
+            knowledge = self._knowledge
             count_near_frontiers(
-                self._minds.reading, self._grids.status, frame.origin_x_m, frame.origin_y_m,
-                frame.cell_m, frame.rows, frame.columns, float(reach_m), counts,
+                self._minds.own, knowledge.ear, knowledge.grids.status,
+                knowledge.grids.frame.record, float(reach_m), counts,
             )  # fmt: skip
             self._found[key] = _frozen(counts)
         return self._found[key]  # type: ignore[no-any-return]
 
     def robots_within(self, reach_m: float) -> NDArray[np.int64]:
-        """Other robots near the robot, of its own team too, as heard in this step.
+        """Number of other robots near the robot, own team included, as heard in this step.
 
         Args:
             reach_m: in a straight line.
@@ -194,7 +192,7 @@ class RobotsView:
         return self._around(reach_m)[0]
 
     def strangers_within(self, reach_m: float) -> NDArray[np.int64]:
-        """Robots of other teams near the robot, as heard in this step.
+        """Number of robots of other teams near the robot, as heard in this step.
 
         Args:
             reach_m: in a straight line.
@@ -206,31 +204,29 @@ class RobotsView:
 
     @property
     def nearest_stranger_m(self) -> NDArray[np.float64]:
-        """float64[N], how far the nearest robot of another team is; inf where none was heard."""
+        """float64[N], distance to the nearest robot of another team; inf where none was heard."""
         known = next((key for key in self._found if key[0] == "around"), None)
         return self._around(0.0 if known is None else known[1])[2]
 
     @property
     def teams(self) -> NDArray[np.int64]:
-        """int64[N], teams that explore, as last heard from their leaders; the own counts."""
+        """int64[N], number of exploring teams as last heard from leaders, the own one included."""
         if "teams" not in self._found:
-            heard = self._minds.heard_state
-            leads = heard[:, :, LEADER] == np.arange(len(self))
-            leads &= (heard[:, :, STEP] >= 0) & (heard[:, :, MODE] != CHARGE)
+            heard = self._knowledge.heard
+            leads = heard["leader"] == np.arange(len(self))
+            leads &= (heard["step"] >= 0) & (heard["mode"] != CHARGE)
             counts = np.count_nonzero(leads, axis=1).astype(np.int64)
-            if len(counts) != len(self):
-                counts = np.repeat(counts, len(self))
-            self._found["teams"] = _frozen(counts)
+            self._found["teams"] = _frozen(counts[self._knowledge.ear])
         return self._found["teams"]  # type: ignore[no-any-return]
 
     def _around(self, reach_m: float) -> _Around:
         key = "around", reach_m
         if key not in self._found:
-            minds = self._minds
+            knowledge = self._knowledge
             counts = np.empty((len(self), 2), dtype=np.int64)
             nearest_m = np.empty(len(self))
             look_around(
-                minds.reading, minds.heard_state, minds.heard_reading, self._step, float(reach_m),
+                self._minds.own, knowledge.ear, knowledge.heard, self._step, float(reach_m),
                 counts, nearest_m,
             )  # fmt: skip
             found = _frozen(counts[:, 0]), _frozen(counts[:, 1]), _frozen(nearest_m)
@@ -239,7 +235,7 @@ class RobotsView:
 
 
 def _frozen(array: NDArray[T]) -> NDArray[T]:
-    """A read-only look at an array: what it was made from stays writable for its owner."""
+    """A read-only view of an array, which stays writable for its owner."""
     look = array.view()
     look.flags.writeable = False
     return look

@@ -1,4 +1,4 @@
-"""A conformance check for policies of the desired team size: run it in the tests of your own.
+"""The conformance check of policies for the desired team size: run it in the tests of your own.
 
 It tries a policy in situations of short missions, and says in one error which part of the contract
 of :class:`swarmscout.teams.policy.DesiredSizePolicy` is broken, and how.
@@ -6,135 +6,148 @@ of :class:`swarmscout.teams.policy.DesiredSizePolicy` is broken, and how.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import sys
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swarmscout.core.errors import PolicyError
-from swarmscout.teams.policy import LARGEST, DesiredSizePolicy
+from swarmscout.mission.mission import Mission
+from swarmscout.teams.desired_size import checked_sizes
+from swarmscout.teams.policy import LARGEST
 from swarmscout.teams.registry import POLICIES
 from swarmscout.teams.robots_view import RobotsView
-from swarmscout.testing.harness import how_it_went, instance_of, report_text
-from swarmscout.testing.instrumented_policy import answered
-from swarmscout.testing.policy_situations import PolicySituation, policy_situations, short_mission
+from swarmscout.testing.fingerprints import fingerprint
+from swarmscout.testing.harness import Guard, Report, note_private_read
+from swarmscout.testing.policy_situations import PolicySituation, policy_situations
+from swarmscout.testing.small_worlds import short_mission
 
-__all__ = ["PolicyReport", "check_policy"]
+__all__ = ["check_policy"]
 
-CHECKS = (
-    "has desired(view)",
-    f"returns a size for each robot, in whole numbers from 1 to {LARGEST:,}",
-    "changes neither its view nor itself",
-    "reads nothing private of its view",
-    "neither draws from nor depends on the global generators of random and numpy.random",
-    "gives the same answer to the same view, whatever the clock says",
-    "robot i's size depends on row i of the view alone",
-)
-
-EACH = 5
-"""In missions, answers of every so many steps are asked for again."""
+_OWN = {RobotsView.__module__, __name__, Guard.__module__}
 
 
-@dataclass(frozen=True, slots=True)
-class PolicyReport:
-    """What was checked, and held.
-
-    Attributes:
-        name: the policy's.
-        checks: one line for each part of the contract.
-        situations: in words, what the policy was confronted with.
-        answers: how often it was asked in all.
-    """
-
-    name: str
-    checks: tuple[str, ...]
-    situations: tuple[str, ...]
-    answers: int
-
-    def __str__(self) -> str:
-        """All of it as text."""
-        sound = f"policy '{self.name}' is sound ({self.answers} answers)"
-        return report_text(sound, self.checks, self.situations)
-
-
-def check_policy(policy: Any, *, missions: int = 2, seed: int = 0) -> PolicyReport:
+def check_policy(policy: Any, *, missions: int = 2, seed: int = 0) -> Report:
     """Check that a policy keeps to its contract.
 
     Args:
         policy: an instance, a class that needs no arguments, a registered name, or
             ``path/to/file.py:ClassName``.
-        missions: so many short missions in small caves are run to their end (each twice); in every
+        missions: number of short missions in small caves, each run to its end twice; in every
             second one each robot has a map of its own.
-        seed: makes the situations and the caves.
+        seed: of the situations and the caves.
 
     Returns:
-        What was checked; print it if you like.
+        What was checked; it can be printed.
 
     Raises:
-        PolicyError: which rule was broken, in which situation.
+        PolicyError: which part of the contract is broken, in which situation.
 
     Example:
         >>> from swarmscout.teams.by_mode import ByMode
         >>> check_policy(ByMode()).checks[0]
         'has desired(view)'
     """
-    rule, name = instance_of(POLICIES, policy)
-    guard = _Guard(rule, name)
+    guard = _PolicyGuard(policy)
     tried = []
     for situation in policy_situations(seed):
         guard.where = f"with {situation.words}"
-        guard.check(situation)
+        guard.check_rows(situation)
         tried.append(situation.words)
-    guard.where = ""
-    for k in range(missions):
-        if _mission(guard, seed + k, alone=False) != _mission(rule, seed + k, alone=True):
-            raise PolicyError(
-                f"policy '{name}' is not deterministic: the same mission in "
-                f"small_world({seed + k}) went differently when it was run again"
+    tried += guard.fly(_mission, missions, seed)
+    return guard.report(tried)
+
+
+def _mission(guard: _PolicyGuard, seed: int) -> Mission:
+    return short_mission(seed, own_maps=seed % 2 == 1, policy=guard)
+
+
+class _WatchedView(RobotsView):
+    """May show another view's rows, but for one robot's."""
+
+    def __init__(self, view: RobotsView, mixed: tuple[int, RobotsView] | None) -> None:
+        super().__init__(view._minds, view._knowledge, view.step, view.desired_size)
+        self.mixed = mixed
+
+    def __getattribute__(self, name: str) -> Any:
+        foreign = note_private_read(self, name, sys._getframe(1), _OWN)
+        value = object.__getattribute__(self, name)
+        mixed = object.__getattribute__(self, "__dict__").get("mixed")
+        if mixed is None or not foreign or name.startswith("_"):
+            return value
+        robot, other = mixed
+        elsewhere = getattr(other, name)
+        if callable(value):
+            return lambda *given, **named: _mix(
+                value(*given, **named), elsewhere(*given, **named), robot
             )
-    if missions:
-        tried.append(f"{missions} missions in small caves, to the end, each twice")
-    return PolicyReport(name, CHECKS, tuple(tried), guard.answers)
+        return _mix(value, elsewhere, robot)
 
 
-class _Guard:
-    """A policy that asks another one, several times, and checks each answer."""
+def _mix(mine: Any, theirs: Any, robot: int) -> Any:
+    if not isinstance(mine, np.ndarray):
+        return mine
+    rows = np.array(theirs)
+    rows[robot] = mine[robot]
+    rows.flags.writeable = False
+    return rows
 
-    def __init__(self, rule: DesiredSizePolicy, name: str) -> None:
-        self.rule = rule
-        self.name = name
-        self.where = ""
-        self.answers = 0
 
-    def desired(self, view: RobotsView) -> Any:
-        """What the rule answers, if it keeps to the contract."""
-        self.answers += 1
-        # Asking four times and looking at everything takes longer than a mission.
-        once = not self.where and view.step % EACH != 1
-        try:
-            return answered(self.rule, view, once=once)
-        except PolicyError as error:
-            where = self.where or f"in step {view.step} of a mission"
-            raise PolicyError(f"policy '{self.name}' {error} ({where})") from error.__cause__
+class _PolicyGuard(Guard[RobotsView]):
+    registry = POLICIES
+    checks = (
+        "has desired(view)",
+        f"returns a size for each robot, in whole numbers from 1 to {LARGEST:,}",
+        "changes neither its view nor itself",
+        "reads nothing private of its view",
+        "neither draws from nor depends on the global generators of random and numpy.random",
+        "gives the same answer to the same view, independent of the clock",
+        "robot i's size depends on row i of the view alone",
+    )
+    draw_from = "a policy draws nothing: robots that know the same desire the same"
+    remember_in = "what a policy may remember is view.previous"
+    # Asking four times and looking at everything takes longer than a mission.
+    spread = 5
 
-    def check(self, situation: PolicySituation) -> None:
+    def __init__(self, given: Any) -> None:
+        super().__init__(given)
+        self._mixed: tuple[int, RobotsView] | None = None
+
+    def desired(self, view: RobotsView) -> NDArray[np.int64]:
+        sizes: NDArray[np.int64] = self.answer(view)
+        return sizes
+
+    def check_rows(self, situation: PolicySituation) -> None:
         """Ask in a situation; then again for each robot, with all other rows replaced."""
-        told = self.desired(situation.view)
+        sizes = self.answer(situation.view)
         for robot in range(len(situation.view)):
-            self.answers += 1
-            try:
-                mixed = answered(self.rule, situation.view, (robot, situation.other), once=True)
-            except PolicyError as error:
-                raise PolicyError(
-                    f"policy '{self.name}' {error} ({self.where})"
-                ) from error.__cause__
-            if mixed[robot] != told[robot]:
+            self._mixed = robot, situation.other
+            mixed = self.answer(situation.view, once=True)
+            self._mixed = None
+            if mixed[robot] != sizes[robot]:
                 raise PolicyError(
                     f"policy '{self.name}' looks at other rows: it gives robot {robot} the size "
-                    f"{told[robot]}, and {mixed[robot]} where only other robots' rows differ; "
+                    f"{sizes[robot]}, and {mixed[robot]} where only other robots' rows differ; "
                     f"element i may depend on row i alone ({self.where})"
                 )
 
+    def ask(self, view: RobotsView, memory: Any) -> Any:
+        return self.rule.desired(view)
 
-def _mission(rule: DesiredSizePolicy, seed: int, *, alone: bool) -> tuple[Any, ...]:
-    """Run a short mission with a policy to its end; how it went."""
-    mission = short_mission(seed, own_maps=seed % 2 == 1, policy=rule)
-    return how_it_went(POLICIES, mission, guarded=not alone)
+    def watched(self, view: RobotsView) -> RobotsView:
+        return _WatchedView(view, self._mixed)
+
+    def look(self, view: RobotsView) -> list[Any]:
+        minds, knowledge = view._minds, view._knowledge
+        held = (minds.own, knowledge.heard, knowledge.still)
+        return [fingerprint(array) for array in held]
+
+    def checked(self, answer: Any, view: RobotsView) -> NDArray[np.int64]:
+        sizes = checked_sizes(answer, len(view))
+        wrong = np.flatnonzero((sizes < 1) | (sizes > LARGEST))
+        if len(wrong):
+            raise PolicyError(
+                f"answered {sizes[wrong[0]]} for robot {wrong[0]}: expected 1 to {LARGEST:,}"
+            )
+        return sizes.copy()

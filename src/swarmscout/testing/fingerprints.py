@@ -1,11 +1,12 @@
-"""Plain data that tells whether something has changed."""
+"""Plain data that shows whether something has changed, and what a check puts back afterwards."""
 
 from __future__ import annotations
 
 import dataclasses
 import random
+import time
 import types
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
@@ -18,10 +19,12 @@ __all__ = [
     "held_by",
     "kind_of",
     "seeded_globals",
+    "shifted_clocks",
     "writes_read_only",
 ]
 
 _DEPTH = 6
+_CLOCKS = ("time", "monotonic", "perf_counter", "process_time")
 
 
 def fingerprint(value: Any, depth: int = 0) -> Any:
@@ -31,8 +34,8 @@ def fingerprint(value: Any, depth: int = 0) -> Any:
         return "array", value.shape, value.dtype.str, inside
     if isinstance(value, np.random.Generator | np.random.RandomState):
         state = value.bit_generator if isinstance(value, np.random.Generator) else value
-        told = state.state if isinstance(state, np.random.BitGenerator) else state.get_state()
-        return "generator", repr(told)
+        inside = state.state if isinstance(state, np.random.BitGenerator) else state.get_state()
+        return "generator", repr(inside)
     if isinstance(value, random.Random):
         return "generator", value.getstate()
     if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
@@ -52,13 +55,13 @@ def fingerprint(value: Any, depth: int = 0) -> Any:
         return "set", sorted(repr(fingerprint(inner, depth + 1)) for inner in value)
     fields = _fields(value)
     if fields or dataclasses.is_dataclass(value):
-        told_fields = [(name, fingerprint(inner, depth + 1)) for name, inner in fields.items()]
-        return type(value).__qualname__, told_fields
+        inner_fields = [(name, fingerprint(inner, depth + 1)) for name, inner in fields.items()]
+        return type(value).__qualname__, inner_fields
     return type(value).__name__, id(value)
 
 
 def held_by(rule: Any) -> dict[str, Any]:
-    """What a rule and its classes hold, each attribute's fingerprint by its name."""
+    """What a plug-in and its classes hold: the fingerprint of each attribute, by its name."""
     held = {name: fingerprint(value) for name, value in _fields(rule).items()}
     for kind in type(rule).__mro__:
         if kind.__module__ in ("builtins", "typing", "abc"):
@@ -78,7 +81,7 @@ def _fields(value: Any) -> dict[str, Any]:
             if hasattr(value, name):
                 held[name] = getattr(value, name)
     held.update(getattr(value, "__dict__", {}))
-    # What is worked out once and kept changes nothing.
+    # A cached property changes nothing.
     return {
         k: v for k, v in held.items() if not isinstance(getattr(kind, k, None), cached_property)
     }
@@ -102,8 +105,25 @@ def seeded_globals(seed: int) -> Iterator[None]:
         np.random.set_state(theirs[1])  # noqa: NPY002
 
 
+@contextmanager
+def shifted_clocks(later_s: float) -> Iterator[None]:
+    """Put the clocks of :mod:`time` forward, and back afterwards."""
+    clocks = {name: getattr(time, name) for name in _CLOCKS}
+    try:
+        for name, clock in clocks.items():
+            setattr(time, name, _later(clock, later_s))
+        yield
+    finally:
+        for name, clock in clocks.items():
+            setattr(time, name, clock)
+
+
+def _later(clock: Callable[[], float], by_s: float) -> Callable[[], float]:
+    return lambda: clock() + by_s
+
+
 def writes_read_only(error: Exception) -> bool:
-    """Whether somebody tried to write into a read-only array, or to make it writeable."""
+    """Whether an error comes from writing into a read-only array, or from making it writeable."""
     return isinstance(error, ValueError) and (
         "read-only" in str(error) or "writeable" in str(error).lower()
     )

@@ -1,38 +1,35 @@
-"""Views as policies for the desired team size meet them, the rare ones too."""
+"""Views for policies of the desired team size: of short missions, and made up."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import CHARGE
-from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import MODE, blank_minds
+from swarmscout.minds.minds import blank_minds
 from swarmscout.mission import build
-from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
-from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.teams.robots_view import RobotsView
-from swarmscout.testing.small_worlds import small_world
+from swarmscout.testing.situations import hear_all, made_up_swarm
+from swarmscout.testing.small_worlds import DESIRED_SIZE, short_mission, small_world
 
-__all__ = ["PolicySituation", "policy_situations", "short_mission"]
+__all__ = ["PolicySituation", "policy_situations", "robots_view"]
 
-DESIRED_SIZE = 5
-_cave = cache(small_world)
+Cell = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
 class PolicySituation:
-    """What robots may meet.
+    """One situation of a swarm.
 
     Attributes:
         words: what is special about it.
-        view: what they know.
-        other: what as many robots know elsewhere, in the same step.
+        view: what the robots know.
+        other: what the same number of robots know in another cave, in the same step.
     """
 
     words: str
@@ -40,53 +37,51 @@ class PolicySituation:
     other: RobotsView
 
 
-def short_mission(
-    seed: int = 0,
+def robots_view(
+    labels: NDArray[np.uint8],
+    places: Sequence[Cell],
     *,
-    robots: int = 8,
-    own_maps: bool = False,
-    policy: DesiredSizePolicy | None = None,
-) -> Mission:
-    """A mission of 80 steps in a small cave, with little charge, so that teams lose members.
+    teams: Sequence[int] | None = None,
+    charging: Sequence[int] = (),
+    desired_size: int = DESIRED_SIZE,
+    step: int = 1,
+    seed: int = 0,
+) -> RobotsView:
+    """The view of robots that share a made-up map and hear each other.
 
     Args:
-        seed: of the cave and the mission.
-        robots: N.
-        own_maps: links come and go, and each robot has a map of its own.
-        policy: sets desired team sizes; by default the paper's.
+        labels: uint8[rows, columns], UNKNOWN, FREE or OCCUPIED; cells of 0.5 m.
+        places: the cell that each robot stands in.
+        teams: the leader of each robot's team; by default each robot is a team.
+        charging: robots in CHR mode.
+        desired_size: the scenario's ``teams.desired_size``.
+        step: the current step.
+        seed: of what the map's evidence is in detail.
+
+    Returns:
+        What :class:`swarmscout.teams.desired_size.DesiredSizes` shows in a mission.
     """
-    scenario = Scenario.model_validate(
-        {
-            "robots": robots,
-            "steps": 80,
-            "seed": seed,
-            "destinations": "nearest",
-            "battery": {"capacity_steps": 120, "start_min": 0.3},
-            "teams": {"leave_rule": "general", "desired_size": DESIRED_SIZE},
-        }
-    )
-
-    def links(step: int) -> NDArray[np.bool_]:
-        i, j = np.indices((robots, robots))
-        heard: NDArray[np.bool_] = (i + j + step) % 3 != 0
-        return heard
-
-    world = _cave(seed)
-    return Mission(scenario, world=world, links=links if own_maps else None, policy=policy)
+    _, knowledge, minds = made_up_swarm(labels, places, seed=seed)
+    leaders = np.arange(len(places)) if teams is None else np.array(teams)
+    minds.own["team"] = minds.own["leader"] = leaders
+    minds.own["size"] = (leaders[:, None] == leaders).sum(axis=1)
+    minds.own["mode"][list(charging)] = CHARGE
+    hear_all(knowledge, minds, step)
+    return RobotsView(minds, knowledge, step, desired_size)
 
 
 def policy_situations(seed: int = 0) -> Iterator[PolicySituation]:
-    """What a policy should cope with, from the plain to the rare.
+    """Situations that a policy has to cope with, from plain to rare.
 
     Args:
-        seed: makes the caves.
+        seed: of the caves.
     """
     yield _after("robots that leave their start", 2, seed)
     yield _after("teams that explore, and robots that charge", 40, seed)
     yield _after("a map and other beacons for each robot", 30, seed, own_maps=True)
     yield _after("one robot", 20, seed, robots=1)
     yield _after("robots that all charge", 25, seed, charging=True)
-    yield PolicySituation("maps without a frontier, and nobody heard", _blank(seed), _blank(seed))
+    yield PolicySituation("maps without a frontier, and no robot heard", _blank(seed), _blank(seed))
 
 
 def _after(
@@ -104,13 +99,13 @@ def _after(
         for _ in range(step):
             mission.step()
         if charging:
-            mission.minds.state[:, MODE] = CHARGE
-        views.append(RobotsView(mission.minds, mission.grids, step, DESIRED_SIZE))
+            mission.minds.own["mode"] = CHARGE
+        views.append(RobotsView(mission.minds, mission.knowledge, step, DESIRED_SIZE))
     return PolicySituation(words, *views)
 
 
 def _blank(seed: int) -> RobotsView:
     robots, scenario = 4, Scenario()
     frame = build.make_frame(small_world(seed), scenario)
-    grids = OccupancyGrids(frame, robots, build.make_model(scenario), 8)
-    return RobotsView(blank_minds(robots, shared=False), grids, 1, DESIRED_SIZE)
+    knowledge = Knowledge(robots, build.make_grids(scenario, frame))
+    return RobotsView(blank_minds(robots), knowledge, 1, DESIRED_SIZE)

@@ -1,38 +1,39 @@
-"""Views as leaders meet them, the rare ones too: real maps and routes, but no mission."""
+"""Leaders' views on made-up maps, with real routes but without a mission, rare ones included."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.comms.beacons import exchange_beacons
+from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.events import EventLog
 from swarmscout.core.grid import GridFrame
+from swarmscout.core.links import Links
 from swarmscout.core.streams import stream
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
-from swarmscout.mapping.occupancy import OccupancyGrids
-from swarmscout.minds.minds import DESTINATION, DUE_AT, LEADER, SIZE, TEAM, blank_minds
+from swarmscout.mapping.evidence import EvidenceLog
+from swarmscout.minds.minds import Minds, blank_minds
 from swarmscout.mission import build
 from swarmscout.mission.scenario import Scenario
-from swarmscout.robots.bodies import heading_table
 
-__all__ = ["Situation", "leader_view", "situations"]
+__all__ = ["Situation", "leader_view", "made_up_swarm", "situations"]
 
 Cell = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What a leader may meet.
+    """One situation of a leader.
 
     Attributes:
         words: what is special about it.
-        view: what the leader sees.
+        view: what the leader knows.
     """
 
     words: str
@@ -49,63 +50,78 @@ def leader_view(
     step: int = 1,
     seed: int = 0,
 ) -> LeaderView:
-    """The view of a leader on a map that is made up.
+    """The view of a leader on a made-up map.
 
     Args:
         labels: uint8[rows, columns], UNKNOWN, FREE or OCCUPIED; cells of 0.5 m.
         leader: the cell that robot 0 stands in, which leads the team.
-        members: the cells of the others in its team, robots 1, 2, ….
-        others: teams of one: where it stands and its destination.
-        previous: the team's last destination, no frontier any more; None: it had none yet.
+        members: the cells of the other robots in its team, numbers 1, 2, ….
+        others: other teams, of one robot each: its cell and its destination.
+        previous: the team's last destination; None: it had none yet.
         step: the current step.
         seed: of the leader's random streams, and of what the map's evidence is in detail.
 
     Returns:
         What :class:`swarmscout.destinations.selection.Destinations` shows in a mission.
     """
-    rows, columns = labels.shape
     places = [leader, *members, *(place for place, _ in others)]
-    robots, team = len(places), 1 + len(members)
-    scenario = Scenario(robots=robots, seed=seed)
-    frame = GridFrame(-2.0, 3.0, scenario.map.cell_m, rows, columns)
-    model = build.make_model(scenario)
-    grids = OccupancyGrids(frame, 1, model, scenario.map.frontier_neighbours)
+    team = 1 + len(members)
+    scenario, knowledge, minds = made_up_swarm(labels, places, seed=seed)
+    frame, own = knowledge.grids.frame, minds.own
+    own["team"][:team] = own["leader"][:team] = 0
+    own["size"][:team] = team
+    own["due_at"] = step + 100
+    if previous is not None:
+        own["destination"][:team] = frame.flat(*previous)
+    for robot, (_, destination) in enumerate(others, start=team):
+        if destination is not None:
+            own["destination"][robot] = frame.flat(*destination)
+    hear_all(knowledge, minds, step)
+
+    planner = build.make_planner(scenario, frame, minds.position_m[:1])
+    witness = _Witness()
+    destinations = build.make_destinations(scenario, frame, None, witness)
+    destinations.decide(minds, knowledge, planner, step, EventLog(len(places)))
+    return witness.views[0]
+
+
+def hear_all(knowledge: Knowledge, minds: Minds, step: int) -> None:
+    """Robots hear each other's beacons of a step; there is no evidence to exchange."""
+    log = EvidenceLog(len(minds), 1, 1.0, 0.5)
+    knowledge.send(minds, step)
+    knowledge.receive(minds, log, Links.full(len(minds)), step)
+
+
+def made_up_swarm(
+    labels: NDArray[np.uint8], places: Sequence[Cell], *, seed: int
+) -> tuple[Scenario, Knowledge, Minds]:
+    """Robots that share a map that is made up, each in a team of its own.
+
+    Args:
+        labels: uint8[rows, columns], UNKNOWN, FREE or OCCUPIED; cells of 0.5 m.
+        places: the cell that each robot stands in.
+        seed: of the scenario, and of what the map's evidence is in detail.
+    """
+    scenario = Scenario(robots=len(places), seed=seed)
+    frame = GridFrame(-2.0, 3.0, scenario.map.cell_m, *labels.shape)
+    knowledge = Knowledge(len(places), build.make_grids(scenario, frame))
     known = np.flatnonzero(labels != UNKNOWN)
     amounts = stream(seed, "evidence").integers(900, 4000, len(known))
     signed = np.where(labels.ravel()[known] == FREE, -amounts, amounts)
     everything = np.array([len(known)], dtype=np.int64)
-    grids.apply(0, known[None, :], signed[None, :], 0 * everything, everything)
+    knowledge.grids.apply(0, known[None, :], signed[None, :], 0 * everything, everything)
 
-    minds = blank_minds(robots, shared=True)
-    minds.reading[:, :2] = frame.centres_of(np.array(places))
-    minds.reading[:, 3] = 0.8
-    minds.state[:team, TEAM] = minds.state[:team, LEADER] = 0
-    minds.state[:team, SIZE] = team
-    minds.state[:, DUE_AT] = step + 100
-    if previous is not None:
-        minds.state[:team, DESTINATION] = frame.flat(*previous)
-    for robot, (_, destination) in enumerate(others, start=team):
-        if destination is not None:
-            minds.state[robot, DESTINATION] = frame.flat(*destination)
-    links = np.zeros((1, 1), dtype=np.bool_)
-    exchange_beacons(minds, links, step)
-
-    planner = build.make_planner(
-        scenario, frame, 1, model, minds.reading[:1, :2].copy(), heading_table()
-    )
-    witness = _Witness()
-    destinations = build.make_destinations(scenario, None)
-    destinations.selector = witness
-    events = np.zeros((8 * robots + 16, 4), dtype=np.int64)
-    destinations.decide(minds, grids, planner, links, step, events, np.zeros(1, dtype=np.int64))
-    return witness.views[0]
+    minds = blank_minds(len(places))
+    minds.own["x_m"], minds.own["y_m"] = frame.centres_of(np.array(places)).T
+    minds.own["charge"] = 0.8
+    return scenario, knowledge, minds
 
 
 def situations(seed: int = 0) -> Iterator[Situation]:
-    """What a rule should cope with, from the plain to the rare.
+    """Situations that a selector has to cope with, from plain to rare.
 
     Args:
-        seed: makes the maps.
+        seed: of the maps.
     """
     rng = stream(seed, "situations")
     plain = _patchy_map(rng, 30, 40)

@@ -1,15 +1,26 @@
-"""Small caves to try a rule or a robot in: a mission in one takes milliseconds."""
+"""Small caves, and short missions in them: one takes milliseconds."""
 
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarmscout.core.streams import stream
+from swarmscout.destinations.selector import Selector
+from swarmscout.mission.mission import Mission
+from swarmscout.mission.scenario import Scenario
+from swarmscout.robots.radio.radio import Radio
+from swarmscout.robots.sensors.sensor import Sensor
+from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.world import World
 
-__all__ = ["small_world"]
+__all__ = ["DESIRED_SIZE", "short_mission", "small_world"]
+
+DESIRED_SIZE = 5
+"""``teams.desired_size`` of short missions."""
 
 
 def small_world(seed: int = 0, *, edge_m: float = 14.0, resolution_m: float = 0.1) -> World:
@@ -47,3 +58,53 @@ def small_world(seed: int = 0, *, edge_m: float = 14.0, resolution_m: float = 0.
     raster.flags.writeable = False
     start_m = (0.5 * edge_m, 0.5 * edge_m)
     return World(f"small-{seed}", raster, resolution_m, (0.0, 0.0), start_m)
+
+
+_cave = cache(small_world)
+
+
+def short_mission(
+    seed: int = 0,
+    *,
+    robots: int = 8,
+    own_maps: bool = False,
+    selector: Selector | None = None,
+    policy: DesiredSizePolicy | None = None,
+    sensor: Sensor | None = None,
+    radio: Radio | None = None,
+) -> Mission:
+    """A mission of 80 steps in a small cave, with little charge, so that teams lose members.
+
+    Args:
+        seed: of the cave and the mission.
+        robots: N.
+        own_maps: whether links come and go, and each robot has a map of its own.
+        selector: chooses destinations; by default ``nearest``.
+        policy: sets desired team sizes; by default the paper's.
+        sensor, radio: by default the paper's.
+    """
+    scenario = Scenario.model_validate(
+        {
+            "robots": robots,
+            "steps": 80,
+            "seed": seed,
+            "destinations": "nearest",
+            "battery": {"capacity_steps": 120, "start_min": 0.3},
+            "teams": {"leave_rule": "general", "desired_size": DESIRED_SIZE},
+        }
+    )
+
+    def links(step: int) -> NDArray[np.bool_]:
+        i, j = np.indices((robots, robots))
+        heard: NDArray[np.bool_] = (i + j + step) % 3 != 0
+        return heard
+
+    return Mission(
+        scenario,
+        world=_cave(seed),
+        links=links if own_maps else None,
+        selector=selector,
+        policy=policy,
+        sensor=sensor,
+        radio=radio,
+    )

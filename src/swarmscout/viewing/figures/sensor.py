@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError
-from swarmscout.minds.minds import blank_minds
-from swarmscout.mission.sensing import Senses
-from swarmscout.robots.bodies import TICKS, heading_table, place_bodies
+from swarmscout.core.scan import Scan
+from swarmscout.mission.build import make_ground, make_sensing
+from swarmscout.robots.bodies import TICKS, place_bodies
 from swarmscout.viewing.figures.style import EXPLORE, MAP_COLOURS
 from swarmscout.viewing.replay import Replay
 
@@ -34,14 +34,14 @@ def sensor_fan(replay: Replay, step: int) -> Figure:
 
     if step < 1:
         raise RunError("nobody measures in step 0: ask for a later step")
-    ranges, place, heading = _scan(replay, step)
+    scan, place, heading = _scan(replay, step)
+    ranges = scan.ranges
     scenario = replay.run.scenario
     robot = _telling(ranges) if replay.robot is None else replay.robot
-    sensor, radius_m = scenario.sensor, scenario.body.radius_m
-    offsets = np.linspace(-sensor.fan_deg, sensor.fan_deg, sensor.rays) if sensor.rays > 1 else [0]
+    radius_m = scenario.body.radius_m
     facing = heading[robot] * (2 * np.pi / TICKS)
-    angles = facing + np.radians(offsets)
-    far = np.where(np.isfinite(ranges[robot]), ranges[robot], sensor.range_m)
+    angles = facing + scan.directions * (2 * np.pi / TICKS)
+    far = np.where(np.isfinite(ranges[robot]), ranges[robot], scan.max_range_m)
     ends = place[robot] + far[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
 
     frame = replay.run.frame
@@ -53,7 +53,7 @@ def sensor_fan(replay: Replay, step: int) -> Figure:
         labels, origin="lower", extent=frame.extent, interpolation="nearest", vmin=0, vmax=3,
         cmap=ListedColormap(MAP_COLOURS),
     )  # fmt: skip
-    reach = sensor.range_m + 1.2 * frame.cell_m
+    reach = scan.max_range_m + 1.2 * frame.cell_m
     x, y = place[robot]
     for edges, draw in (
         (_edges(frame.origin_x_m, frame.cell_m, x, reach), axes.axvline),
@@ -89,18 +89,21 @@ def _telling(ranges: NDArray[np.float64]) -> int:
     return int((mean_m - 3.0 * np.abs(share - 0.67)).argmax())
 
 
-def _scan(
-    replay: Replay, step: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Measured ranges [N, rays] of a step (inf: nothing), and where and how robots stood then."""
+def _scan(replay: Replay, step: int) -> tuple[Scan, NDArray[np.float64], NDArray[np.int64]]:
+    """The scan of a step, and where and how robots stood then."""
     run = replay.run
     before = replay.moment(step - 1)  # A step senses first and moves last.
     heading = np.rint(before.heading_rad * TICKS / (2 * np.pi)).astype(np.int64) % TICKS
-    bodies = place_bodies(before.place_m, heading, np.ones(len(heading)))
+    scenario = run.scenario
+    bodies = place_bodies(
+        before.place_m, heading, np.ones(len(heading)),
+        seed=scenario.seed, radius_m=scenario.body.radius_m,
+    )  # fmt: skip
     bodies.alive[:] = before.alive
-    senses = Senses(run.scenario, run.world(), heading_table())
-    ranges = senses.read(bodies, blank_minds(len(heading), shared=True), step)
-    return ranges, before.place_m, heading
+    world = run.world()
+    ground = make_ground(world, scenario)
+    sensing = make_sensing(scenario, run.path, None, bodies, world, ground)
+    return sensing.scan(bodies, step), before.place_m, heading
 
 
 def _edges(origin: float, cell_m: float, middle: float, reach: float) -> NDArray[np.float64]:

@@ -17,6 +17,13 @@ from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import log_odds_of
 from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.tables import CONTACTS
+from swarmscout.robots.sensors.parameters import (
+    ConeParameters,
+    OwnParameters,
+    sensor_parameters,
+)
+from swarmscout.robots.sensors.ray_sensor import RaySensor
+from swarmscout.robots.sensors.registry import SENSORS
 from swarmscout.viewing.player.blocks import Block, pack_block, robot_columns
 from swarmscout.viewing.player.packets import differences, pack
 from swarmscout.viewing.player.questions import questions_of
@@ -82,7 +89,7 @@ def mission_packet(
             "stations_m": stations_m.tolist(),
             "station_range_m": scenario.battery.station_range_m,
             "radius_m": scenario.body.radius_m,
-            "sensor": scenario.sensor.model_dump(),
+            "sensor": _rays(scenario),
             "free_below": log_odds_of(scenario.map.free_below),
             "occupied_above": log_odds_of(scenario.map.occupied_above),
             "frontier_neighbours": scenario.map.frontier_neighbours,
@@ -184,4 +191,18 @@ def _relief_arrays(relief: Relief) -> dict[str, NDArray[Any]]:
     return {
         "relief.ground": differences(height).astype(np.int32),
         "relief.share": share,
+    }
+
+
+def _rays(scenario: Scenario) -> dict[str, Any]:
+    """The sensor's rays, as the page casts them; none of a user's own sensor, which is not run."""
+    sensor = scenario.sensor
+    if isinstance(sensor, OwnParameters):
+        return {"angles_deg": [], "range_m": 0.0, "nearest": False}
+    rays = SENSORS.make(sensor.model, sensor_parameters(sensor))
+    assert isinstance(rays, RaySensor)
+    return {
+        "angles_deg": rays.angles_deg(),
+        "range_m": sensor.range_m,
+        "nearest": isinstance(sensor, ConeParameters),
     }

@@ -2,19 +2,21 @@
 
 /** The rays of a robot: `{x, y, hit}` where each ends. Without the sensor's noise, which is not recorded. */
 export function raysOf(mission, robot) {
-  const { rays, fan_deg: fan, range_m: range } = mission.facts.sensor;
+  const { angles_deg: angles, range_m: range, nearest } = mission.facts.sensor;
   const step = mission.raster.cell_m / 4;
-  const ends = [];
-  for (let i = 0; i < rays; i++) {
-    const offset = rays === 1 ? 0 : -fan + (2 * fan * i) / (rays - 1);
+  const rays = angles.map((offset) => {
     const angle = robot.heading + (offset * Math.PI) / 180;
     const [dx, dy] = [Math.cos(angle), Math.sin(angle)];
     let r = 0;
     while (r < range && mission.isFree(robot.x + r * dx, robot.y + r * dy)) r += step;
-    const end = Math.min(r, range);
-    ends.push({ x: robot.x + end * dx, y: robot.y + end * dy, hit: r < range });
-  }
-  return ends;
+    return { dx, dy, r: Math.min(r, range) };
+  });
+  // A cone measures the nearest obstacle in it.
+  const least = nearest ? Math.min(...rays.map(({ r }) => r)) : Infinity;
+  return rays.map(({ dx, dy, r }) => {
+    const end = Math.min(r, least);
+    return { x: robot.x + end * dx, y: robot.y + end * dy, hit: end < range };
+  });
 }
 
 const STRAIGHT = [[0, 1], [1, 0], [0, -1], [-1, 0]];

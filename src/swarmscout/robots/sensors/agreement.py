@@ -1,4 +1,4 @@
-"""How far sensing against a world's raster and exact sensing against its mesh say the same."""
+"""How well sensing against a world's raster agrees with exact sensing against its mesh."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ import numpy as np
 
 from swarmscout.core.errors import WorldError
 from swarmscout.core.streams import stream
-from swarmscout.robots.bodies import TICKS, heading_table
-from swarmscout.robots.mesh_sensor import bucket_triangles, scan_mesh
-from swarmscout.robots.range_sensor import RangeSensor, cast_rays
-from swarmscout.worlds.ground_plane import stand
+from swarmscout.robots.bodies import TICKS, place_bodies
+from swarmscout.robots.sensors.fan import Fan
 from swarmscout.worlds.reachability import standing_places
 from swarmscout.worlds.world import World
 
@@ -22,14 +20,14 @@ WITHIN_M = 0.1
 
 @dataclass(frozen=True)
 class Agreement:
-    """What comparing many rays gave.
+    """Rays cast against a world's raster and against its mesh, compared.
 
     Attributes:
-        rays: how many were compared.
-        hits: share of rays that met a wall on both sides or on neither.
+        rays: number of rays compared.
+        hits: share of rays that met a wall in both or in neither.
         alike: share of rays that moreover measured the same within 0.1 m.
-        walls_alike: the same of those rays alone that met a wall on either side; most rays meet
-            none, and agree in that.
+        walls_alike: the same share among the rays that met a wall in at least one; most rays meet
+            none in both.
         raster_hits, mesh_hits: shares of rays that met a wall.
     """
 
@@ -46,21 +44,18 @@ def sensing_agreement(
     *,
     scans: int = 3000,
     seed: int = 0,
-    rays: int = 9,
-    fan_deg: float = 70.0,
-    range_m: float = 1.0,
-    height_m: float = 0.2,
+    sensor: Fan | None = None,
     radius_m: float = 0.15,
 ) -> Agreement:
     """Compare scans without noise, from random places that a robot can reach.
 
     Args:
         world: a world with a mesh.
-        scans: how many. seed: which places and headings.
-        rays, fan_deg, range_m, height_m: the sensor. radius_m: the robot's.
+        scans: number of scans. seed: names their places and headings.
+        sensor: a fan without noise, by default the paper's. radius_m: the robot's radius.
 
     Raises:
-        WorldError: the world has no mesh, or no robot can stand in it; or there are no scans.
+        WorldError: the world has no mesh, no robot can stand in it, or there are no scans.
     """
     if scans < 1:
         raise WorldError(f"scans = {scans}: expected 1 or more")
@@ -69,25 +64,20 @@ def sensing_agreement(
     rng = stream(seed, "agreement")
     cells = np.argwhere(standing_places(world, radius_m))
     position = world.frame.centres_of(cells[rng.integers(len(cells), size=scans)])
-    heading = rng.integers(0, TICKS, scans)
-    sensor, table = RangeSensor(rays, fan_deg, range_m), heading_table()
-    alive, noise = np.ones(scans, dtype=np.bool_), np.zeros((scans, rays))
-    on_raster, on_mesh = np.zeros((scans, rays)), np.zeros((scans, rays))
-    cast_rays(
-        world.free, *world.origin_m, world.resolution_m, position, heading, alive,
-        sensor.offsets, table, range_m, noise, on_raster,
-    )  # fmt: skip
-    footing = stand(world, position, radius_m)
-    scan_mesh(
-        bucket_triangles(world.mesh), position, footing, height_m, heading, alive,
-        sensor, table, noise, on_mesh,
-    )  # fmt: skip
+    bodies = place_bodies(
+        position, rng.integers(0, TICKS, scans), np.ones(scans), radius_m=radius_m
+    )
+    fan = sensor or Fan(noise_m=0.0)
+    on_raster, on_mesh = (
+        fan.model_copy(update={"sensing": sensing}).scan(bodies, world, 0).ranges
+        for sensing in ("raster", "mesh")
+    )
     met, touched = np.isfinite(on_raster), np.isfinite(on_mesh)
     both = met & touched
     near = np.zeros_like(both)
     near[both] = np.abs(on_raster[both] - on_mesh[both]) <= WITHIN_M
     return Agreement(
-        rays=scans * rays,
+        rays=on_mesh.size,
         hits=float((met == touched).mean()),
         alike=float((near | (~met & ~touched)).mean()),
         walls_alike=float(near[met | touched].mean()) if (met | touched).any() else 1.0,

@@ -3,87 +3,85 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from known import exchange, knowledge_of
 from numpy.typing import NDArray
 
 from swarmscout import Mission, Scenario, load_world
+from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import CHARGE
 from swarmscout.core.grid import GridFrame
-from swarmscout.destinations.dispersal import fan_out
-from swarmscout.minds.minds import (
-    DESTINATION,
-    LEADER,
-    MODE,
-    TARGET,
-    TEAM,
-    Minds,
-    blank_minds,
-)
+from swarmscout.destinations.dispersal import FAN, fan_out
+from swarmscout.mapping.log_odds import InverseSensorModel
+from swarmscout.mapping.occupancy import OccupancyGrids
+from swarmscout.minds.minds import Minds, blank_minds
 from swarmscout.robots.bodies import heading_table
 
 REACH_M, FAN_M, APART_M, TURN_M = 0.5, 3.0, 1.0, 0.7
 FRONTIER_BIT = 4
+STEP = 3
+MODEL = InverseSensorModel(-1, 1, -9, 9, -1, 1, 0.0)
 HEADINGS = heading_table()
 
 
-def some_minds(rng: np.random.Generator, frame: GridFrame, shared: bool) -> Minds:
-    """Two teams, some robots out of charge or charging, that look all ways."""
+def some_minds(rng: np.random.Generator, frame: GridFrame, shared: bool) -> tuple[Minds, Knowledge]:
+    """Two teams, some robots out of charge or charging, that look all ways and have met."""
     robots = int(rng.integers(2, 9))
-    minds = blank_minds(robots, shared=shared)
-    minds.state[:, TEAM] = rng.integers(0, 2, robots)
-    minds.state[:, LEADER] = minds.state[:, TEAM]
-    minds.state[:, MODE] = np.where(rng.random(robots) < 0.1, CHARGE, 0)
-    minds.sending[:] = rng.random(robots) < 0.9
-    minds.reading[:, 0] = rng.uniform(0.0, frame.cell_m * frame.columns, robots)
-    minds.reading[:, 1] = rng.uniform(0.0, frame.cell_m * frame.rows, robots)
-    minds.reading[:, 2] = rng.integers(0, len(HEADINGS), robots)
+    minds = blank_minds(robots)
+    own = minds.own
+    own["team"] = own["leader"] = rng.integers(0, 2, robots)
+    own["mode"] = np.where(rng.random(robots) < 0.1, CHARGE, 0)
+    own["thinks"] = own["sends"] = rng.random(robots) < 0.9
+    own["x_m"] = rng.uniform(0.0, frame.cell_m * frame.columns, robots)
+    own["y_m"] = rng.uniform(0.0, frame.cell_m * frame.rows, robots)
+    own["heading"] = rng.integers(0, len(HEADINGS), robots)
     goals = rng.integers(-1, frame.size, 2)
-    minds.heard_reading[:] = minds.reading
-    minds.state[:, DESTINATION] = goals[minds.team]
-    minds.state[:, TARGET] = minds.state[:, DESTINATION]
-    return minds
+    own["destination"] = own["target"] = goals[minds.team]
+    knowledge = knowledge_of(minds, OccupancyGrids(frame, 1, MODEL, 8))
+    exchange(knowledge, minds, STEP, None if shared else rng.random((robots, robots)) < 0.7)
+    knowledge.tell(minds, STEP)
+    return minds, knowledge
 
 
-def fan(minds: Minds, frame: GridFrame, status: NDArray[np.uint8], links: Any) -> None:
-    scratch = np.zeros((2, minds.robots), dtype=np.int64)
+def fan(minds: Minds, knowledge: Knowledge, status: NDArray[np.uint8]) -> None:
+    rules = np.zeros(1, dtype=FAN)
+    frame = knowledge.grids.frame
+    for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
+        rules[name] = getattr(frame, name)
+    rules["frontier_bit"], rules["reach_m"], rules["fan_m"] = FRONTIER_BIT, REACH_M, FAN_M
+    rules["apart_m"], rules["turn_m"] = APART_M, TURN_M
     fan_out(
-        minds.state, minds.sending, links, minds.heard_reading, status, FRONTIER_BIT, HEADINGS,
-        np.zeros(frame.size, dtype=np.int64), np.zeros((minds.robots, frame.size)), scratch[0],
-        scratch[1], 0.0, 0.0, frame.cell_m, frame.rows, frame.columns, REACH_M, FAN_M, APART_M,
-        TURN_M,
-    )  # fmt: skip
+        minds.own, knowledge.ear, knowledge.heard, knowledge.notices, status, HEADINGS, rules, STEP
+    )
 
 
-def by_definition(
-    minds: Minds, frame: GridFrame, status: NDArray[np.uint8], links: Any, robot: int
-) -> int:
+def by_definition(minds: Minds, knowledge: Knowledge, status: NDArray[np.uint8], robot: int) -> int:
     """One robot's target, worked out slowly."""
-    goal = int(minds.state[robot, DESTINATION])
-    if not minds.sending[robot] or goal < 0 or minds.mode[robot] == CHARGE:
+    frame = knowledge.grids.frame
+    goal = int(minds.destination[robot])
+    if not minds.thinking[robot] or goal < 0 or minds.mode[robot] == CHARGE:
         return goal
-    k = minds.row(robot)
+    row = knowledge.ear[robot]
+    heard = knowledge.heard[row]
     team = [
         j
-        for j in range(minds.robots)
-        if minds.team[j] == minds.team[robot]
-        and minds.sending[j]
-        and (minds.listeners == 1 or j == robot or links[robot, j])
+        for j in range(len(minds))
+        if minds.team[j] == minds.team[robot] and heard["step"][j] == STEP
     ]
     if len(team) == 1:
         return goal
 
     def away(j: int, cell: int) -> float:
         x_m, y_m = frame.centre_of(*frame.unflat(cell))
-        return math.dist(minds.heard_reading[k, j, :2], (x_m, y_m))
+        return math.dist((heard["x_m"][j], heard["y_m"][j]), (x_m, y_m))
 
     def effort(j: int, cell: int) -> float:
         x_m, y_m = frame.centre_of(*frame.unflat(cell))
-        at_x_m, at_y_m, ticks = minds.heard_reading[k, j, :3]
+        at_x_m, at_y_m, ticks = (heard[name][j] for name in ("x_m", "y_m", "heading"))
         if not away(j, cell):
             return 0.0
         turn = math.atan2(y_m - at_y_m, x_m - at_x_m) - 2.0 * math.pi * ticks / len(HEADINGS)
@@ -95,7 +93,7 @@ def by_definition(
     cells = [
         cell
         for cell in range(frame.size)
-        if status[k, cell] & FRONTIER_BIT
+        if status[row, cell] & FRONTIER_BIT
         and gap(cell, goal) <= FAN_M + 1e-9
         and min(away(j, cell) for j in team) > REACH_M
     ]
@@ -119,12 +117,11 @@ def by_definition(
 def test_targets_follow_the_definition(seed: int, shared: bool) -> None:
     rng = np.random.default_rng(seed)
     frame = GridFrame(0.0, 0.0, 0.5, *rng.integers(4, 20, 2).tolist())
-    minds = some_minds(rng, frame, shared)
-    maps = minds.listeners
-    status = np.where(rng.random((maps, frame.size)) < 0.2, FRONTIER_BIT, 0).astype(np.uint8)
-    links = rng.random((minds.robots, minds.robots)) < 0.7
-    wanted = [by_definition(minds, frame, status, links, i) for i in range(minds.robots)]
-    fan(minds, frame, status, links)
+    minds, knowledge = some_minds(rng, frame, shared)
+    shape = (len(knowledge.heard), frame.size)
+    status = np.where(rng.random(shape) < 0.2, FRONTIER_BIT, 0).astype(np.uint8)
+    wanted = [by_definition(minds, knowledge, status, i) for i in range(len(minds))]
+    fan(minds, knowledge, status)
     assert minds.target.tolist() == wanted
 
 
@@ -133,12 +130,12 @@ def test_targets_follow_the_definition(seed: int, shared: bool) -> None:
 def test_who_heard_the_same_never_takes_the_same_cell(seed: int) -> None:
     rng = np.random.default_rng(seed)
     frame = GridFrame(0.0, 0.0, 0.5, 16, 16)
-    minds = some_minds(rng, frame, shared=True)
+    minds, knowledge = some_minds(rng, frame, shared=True)
     status = np.where(rng.random((1, frame.size)) < 0.3, FRONTIER_BIT, 0).astype(np.uint8)
-    fan(minds, frame, status, np.zeros((1, 1), dtype=np.bool_))
+    fan(minds, knowledge, status)
     for team in (0, 1):
-        who = (minds.team == team) & minds.sending & (minds.mode != CHARGE)
-        goal = minds.state[who, DESTINATION].max(initial=-1)
+        who = (minds.team == team) & minds.thinking & (minds.mode != CHARGE)
+        goal = minds.destination[who].max(initial=-1)
         own = minds.target[who]
         others = [int(cell) for cell in own if cell != goal]
         if goal >= 0 and len(own) > 1:

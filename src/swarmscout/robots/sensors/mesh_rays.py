@@ -1,30 +1,40 @@
-"""Exact sensing: the range sensor's rays against the triangles of a cave, in 3D.
+"""Rays against the triangles of a cave's mesh, in 3D: exact sensing.
 
-A robot stands on the ground, and its fan of rays lies in the plane of the ground under it. A range
-is measured along the horizontal, as a robot does that knows its tilt: so a scan against the mesh
-and one against the raster say the same where walls are upright.
+A robot stands on the ground, and its rays lie in the plane of the ground under it. A range is
+measured along the horizontal, as by a robot that knows its tilt: where walls are upright, a scan
+against the mesh equals one against the raster.
 
-The rays of a fan lie in one plane, and a triangle that crosses this plane is a segment in it. So
-the mesh is cut with the plane near the robot, and rays meet segments. Triangles are many and rays
-short: a grid of square buckets over the map says which triangles reach over each bucket, and at
-which heights. All is computed in double precision and in one order: bits agree on every machine.
+The rays of a robot lie in one plane, and a triangle that crosses this plane is a segment in it. So
+the mesh is cut with the plane near the robot, and rays meet segments. There are many triangles and
+rays are short: a grid of square buckets over the map lists the triangles that reach over each
+bucket, and at which heights. Everything is computed in double precision and in one order, so bits
+agree on every machine.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.core.errors import SensorError
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.robots.range_sensor import RangeSensor
+from swarmscout.robots.bodies import TICKS, Bodies, heading_table
+from swarmscout.worlds.ground_plane import stand
 from swarmscout.worlds.meshes.mesh import Mesh
+from swarmscout.worlds.world import World
 
-__all__ = ["TriangleBuckets", "bucket_triangles", "cast_rays_at_mesh", "scan_mesh"]
+__all__ = ["TriangleBuckets", "bucket_triangles", "cast_rays_at_mesh", "mesh_ranges"]
 
+_HEADINGS = heading_table()
+_FRAME = np.dtype(
+    [("left_m", "f8"), ("bottom_m", "f8"), ("edge_m", "f8"), ("rows", "i8"), ("columns", "i8")]
+)
+_ENTRY = np.dtype([("triangle", "i4"), ("low_m", "f4"), ("high_m", "f4")])
 _EDGE_M = 0.5
 _MOST_BUCKETS = 4_000_000
 
@@ -34,33 +44,28 @@ class TriangleBuckets:
     """The triangles of a mesh, by where they are on the map.
 
     Attributes:
-        corners: float32[T, 9], x, y, z of each triangle's three corners, in metres; neighbours lie
-            near each other in memory.
-        origin_m: ``(x, y)`` of the lower left bucket's lower left corner.
-        edge_m: edge of a bucket.
-        shape: ``(rows, columns)`` of buckets.
-        first: int64[buckets + 1], where each bucket's triangles begin in ``inside``.
-        inside: int32[entries], rows of ``corners``, bucket after bucket, from low to high.
-        low_z, high_z: float32[entries], each triangle's least and greatest height, in metres.
+        corners: float32[T, 9], x, y, z of each triangle's three corners, in metres; triangles that
+            are near each other in the cave are near each other in memory.
+        frame: one record: the lower left corner of the lower left bucket, the edge of a bucket, and
+            numbers of rows and columns.
+        first: int64[buckets + 1], where each bucket's triangles begin in `entries`.
+        entries: records, bucket after bucket, from low to high: a row of `corners`, and that
+            triangle's lowest and highest z in metres.
     """
 
     corners: NDArray[np.float32]
-    origin_m: tuple[float, float]
-    edge_m: float
-    shape: tuple[int, int]
+    frame: NDArray[Any]
     first: NDArray[np.int64]
-    inside: NDArray[np.int32]
-    low_z: NDArray[np.float32]
-    high_z: NDArray[np.float32]
+    entries: NDArray[Any]
 
 
 _sorted: WeakKeyDictionary[Mesh, TriangleBuckets] = WeakKeyDictionary()
 
 
 def bucket_triangles(mesh: Mesh) -> TriangleBuckets:
-    """Sort the triangles of a mesh into buckets: once, and kept for as long as the mesh is.
+    """Sort the triangles of a mesh into buckets: once, and kept as long as the mesh.
 
-    Many missions of a study fly in one world.
+    Many missions of a study run in one world.
     """
     if mesh not in _sorted:
         _sorted[mesh] = _bucketed(mesh)
@@ -70,54 +75,70 @@ def bucket_triangles(mesh: Mesh) -> TriangleBuckets:
 def _bucketed(mesh: Mesh) -> TriangleBuckets:
     (left, bottom, _), (right, top, _) = mesh.bounds_m.tolist()
     edge_m = max(_EDGE_M, math.sqrt((right - left) * (top - bottom) / _MOST_BUCKETS))
-    shape = (int((top - bottom) / edge_m) + 1, int((right - left) / edge_m) + 1)
-    place = (left, bottom, edge_m, *shape)
+    rows, columns = int((top - bottom) / edge_m) + 1, int((right - left) / edge_m) + 1
+    frame = np.array([(left, bottom, edge_m, rows, columns)], dtype=_FRAME)
     corners = mesh.vertices_m[mesh.triangles].reshape(-1, 9)
-    first, inside = _put(corners, place)
+    _, inside = _put(corners, frame)
     # In the order of buckets, so that what is near in the cave is near in memory.
     named, place_of = np.unique(inside, return_index=True)
     corners = np.ascontiguousarray(corners[named[np.argsort(place_of)]])
-    first, inside = _put(corners, place)
+    first, inside = _put(corners, frame)
     low_z, high_z = corners[:, 2::3].min(axis=1), corners[:, 2::3].max(axis=1)
-    # Within a bucket from low to high: a robot stops asking where the ceiling begins.
+    # Within a bucket from low to high: the search stops where the ceiling begins.
     bucket = np.repeat(np.arange(len(first) - 1), np.diff(first))
     inside = inside[np.lexsort((low_z[inside], bucket))]
-    return TriangleBuckets(
-        corners, (left, bottom), edge_m, shape, first, inside, low_z[inside], high_z[inside]
-    )
+    entries = np.empty(len(inside), dtype=_ENTRY)
+    entries["triangle"], entries["low_m"], entries["high_m"] = inside, low_z[inside], high_z[inside]
+    return TriangleBuckets(corners, frame, first, entries)
 
 
 def _put(
-    corners: NDArray[np.float32], place: tuple[float, float, float, int, int]
+    corners: NDArray[np.float32], frame: NDArray[Any]
 ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """``first`` and ``inside`` of :class:`TriangleBuckets`."""
-    first = np.zeros(place[3] * place[4] + 1, dtype=np.int64)
-    put_into_buckets(corners, *place, first, np.zeros(0, dtype=np.int32), False)
+    """Where each bucket's triangles begin, and the triangles, bucket after bucket."""
+    first = np.zeros(int(frame["rows"][0] * frame["columns"][0]) + 1, dtype=np.int64)
+    put_into_buckets(corners, frame, first, np.zeros(0, dtype=np.int32), False)
     np.cumsum(first, out=first)
     inside = np.zeros(int(first[-1]), dtype=np.int32)
-    put_into_buckets(corners, *place, first, inside, True)
+    put_into_buckets(corners, frame, first, inside, True)
     return first, inside
 
 
-def scan_mesh(
-    triangles: TriangleBuckets,
-    position: NDArray[np.float64],
-    footing: NDArray[np.float64],
+def mesh_ranges(
+    bodies: Bodies,
+    world: World,
+    directions: NDArray[np.int64],
+    range_m: float,
     height_m: float,
-    heading: NDArray[np.int64],
-    alive: NDArray[np.bool_],
-    sensor: RangeSensor,
-    table: NDArray[np.float64],
-    noise: NDArray[np.float64],
-    ranges: NDArray[np.float64],
-) -> None:
-    """Sense once with all robots; see :func:`cast_rays_at_mesh`."""
-    t = triangles
+) -> NDArray[np.float64]:
+    """Cast rays from each robot's sensor against the triangles of a world's mesh.
+
+    Args:
+        bodies: where robots are.
+        world: its ground carries the robots, and its mesh is what rays meet.
+        directions: int64[rays], counter-clockwise from the heading, in ticks of 0.1°.
+        range_m: longest range along the horizontal, in metres.
+        height_m: height of the sensor above the ground, in metres.
+
+    Returns:
+        float64[N, rays], distances along the horizontal in metres; inf where a ray met nothing, and
+        for robots that are not alive.
+
+    Raises:
+        SensorError: the world has no mesh.
+    """
+    if world.mesh is None:
+        raise SensorError(f"world '{world.name}' has no mesh for rays to meet")
+    buckets = bucket_triangles(world.mesh)
+    sensor_plane = stand(world, bodies.position, bodies.radius_m)
+    sensor_plane[:, 0] += height_m
+    ways = _HEADINGS[(bodies.heading[:, None] + directions) % TICKS]
+    ranges = np.empty((len(bodies.heading), len(directions)))
     cast_rays_at_mesh(
-        t.corners, *t.origin_m, t.edge_m, *t.shape, t.first, t.inside, t.low_z, t.high_z,
-        position, footing, height_m, heading, alive,
-        sensor.offsets, table, sensor.range_m, noise, ranges,
+        buckets.corners, buckets.frame, buckets.first, buckets.entries,
+        bodies.position, sensor_plane, bodies.alive, ways, range_m, ranges,
     )  # fmt: skip
+    return ranges
 
 
 @inlined
@@ -141,16 +162,18 @@ def _span_in_band(corners, t, low, high):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def put_into_buckets(corners, left, bottom, edge, rows, columns, first, inside, fill):  # type: ignore[no-untyped-def]
+def put_into_buckets(corners, frame, first, inside, fill):  # type: ignore[no-untyped-def]
     """Count the triangles of each bucket (into the place after it), or fill them in.
 
     Args:
         corners: float32[T, 9], the triangles.
-        left, bottom, edge, rows, columns: the buckets.
+        frame: of the buckets.
         first: int64[buckets + 1]; when filling, sums of the counts, the same again afterwards.
         inside: int32[entries], written when filling.
         fill: whether to fill.
     """
+    left, bottom, edge = frame[0].left_m, frame[0].bottom_m, frame[0].edge_m
+    rows, columns = frame[0].rows, frame[0].columns
     slack = 1e-6 * edge  # A triangle that touches a border belongs to both sides.
     for t in range(corners.shape[0]):
         low_y = float(min(corners[t, 1], corners[t, 4], corners[t, 7]))
@@ -177,14 +200,14 @@ def put_into_buckets(corners, left, bottom, edge, rows, columns, first, inside, 
 
 @inlined
 def _above(corners, t, k, x, y, z, rise_x, rise_y):  # type: ignore[no-untyped-def]
-    """Height of a triangle's corner above the fan's plane, in metres."""
+    """Height of a triangle's corner above the rays' plane, in metres."""
     level = z + rise_x * (float(corners[t, k]) - x) + rise_y * (float(corners[t, k + 1]) - y)
     return float(corners[t, k + 2]) - level
 
 
 @inlined
 def _cut(corners, t, p, q, at_p, at_q, x, y, ends, end):  # type: ignore[no-untyped-def]
-    """Where the edge between two corners crosses the fan's plane, seen from (x, y).
+    """Where the edge between two corners crosses the rays' plane, seen from (x, y).
 
     Triangles that share the edge get the same bits, whichever way round they name it: no ray slips
     through between them.
@@ -202,7 +225,7 @@ def _cut(corners, t, p, q, at_p, at_q, x, y, ends, end):  # type: ignore[no-unty
 def _meet(  # type: ignore[no-untyped-def]
     corners, t, x, y, z, rise_x, rise_y, ends, directions, range_m, ranges, i
 ):
-    """Shorten the rays that a triangle stops: where it cuts the fan's plane it is a segment."""
+    """Shorten the rays that a triangle stops: where it cuts the rays' plane it is a segment."""
     at_a = _above(corners, t, 0, x, y, z, rise_x, rise_y)
     at_b = _above(corners, t, 3, x, y, z, rise_x, rise_y)
     at_c = _above(corners, t, 6, x, y, z, rise_x, rise_y)
@@ -233,36 +256,34 @@ def _meet(  # type: ignore[no-untyped-def]
 
 @kernel
 def cast_rays_at_mesh(  # type: ignore[no-untyped-def]
-    corners, left, bottom, edge, rows, columns, first, inside, low_z, high_z,
-    position, footing, height, heading, alive, offsets, table, range_m, noise, ranges,
-):  # fmt: skip
-    """Sense once with all robots; the first ten arguments are :class:`TriangleBuckets`.
+    corners, frame, first, entries, position, plane, alive, ways, range_m, ranges
+):
+    """Cast rays from each robot's sensor; see :func:`mesh_ranges`.
 
     Args:
-        position: float64[N, 2]; heading: int64[N] in ticks; alive: bool[N].
-        footing: float64[N, 3], height of the ground and its rise along x and y, per metre.
-        height: of the sensor above the ground, in metres.
-        offsets: int64[rays] in ticks; table: float64[3600, 2] of (cos, sin).
+        corners, frame, first, entries: of :class:`TriangleBuckets`.
+        position: float64[N, 2] in metres; alive: bool[N].
+        plane: float64[N, 3], the plane of the rays: z at the robot, and its rise along x and y.
+        ways: float64[N, rays, 2], unit vectors along the rays.
         range_m: longest range, along the horizontal.
-        noise: float64[N, rays], added to what is measured, in metres.
-        ranges: float64[N, rays], written: the measured range ≥ 0, or inf if nothing was met.
+        ranges: float64[N, rays], written.
     """
-    ticks = table.shape[0]
-    directions = np.empty((offsets.shape[0], 2))
+    left, bottom, edge = frame[0].left_m, frame[0].bottom_m, frame[0].edge_m
+    rows, columns = frame[0].rows, frame[0].columns
     ends = np.empty((2, 2))
     for i in range(position.shape[0]):
         ranges[i, :] = np.inf
         if not alive[i]:
             continue
         x, y = position[i, 0], position[i, 1]
-        z, rise_x, rise_y = footing[i, 0] + height, footing[i, 1], footing[i, 2]
+        z, rise_x, rise_y = plane[i, 0], plane[i, 1], plane[i, 2]
         x0 = x1 = x
         y0 = y1 = y
-        for r in range(offsets.shape[0]):
-            tick = (heading[i] + offsets[r]) % ticks
-            directions[r, 0], directions[r, 1] = table[tick, 0], table[tick, 1]
-            x0, x1 = min(x0, x + range_m * table[tick, 0]), max(x1, x + range_m * table[tick, 0])
-            y0, y1 = min(y0, y + range_m * table[tick, 1]), max(y1, y + range_m * table[tick, 1])
+        for r in range(ways.shape[1]):
+            x0 = min(x0, x + range_m * ways[i, r, 0])
+            x1 = max(x1, x + range_m * ways[i, r, 0])
+            y0 = min(y0, y + range_m * ways[i, r, 1])
+            y1 = max(y1, y + range_m * ways[i, r, 1])
         steep = 0.5 * edge * (abs(rise_x) + abs(rise_y)) + 1e-6
         for row in range(
             max(0, int(math.floor((y0 - bottom) / edge))),
@@ -272,17 +293,15 @@ def cast_rays_at_mesh(  # type: ignore[no-untyped-def]
                 max(0, int(math.floor((x0 - left) / edge))),
                 min(columns - 1, int(math.floor((x1 - left) / edge))) + 1,
             ):
-                # The fan's plane over this bucket; most triangles lie above it or below.
+                # The rays' plane over this bucket; most triangles lie above it or below.
                 level = z + rise_x * (left + (col + 0.5) * edge - x)
                 level += rise_y * (bottom + (row + 0.5) * edge - y)
                 bucket = row * columns + col
                 for entry in range(first[bucket], first[bucket + 1]):
-                    if low_z[entry] > level + steep:
+                    if entries[entry].low_m > level + steep:
                         break
-                    if high_z[entry] >= level - steep:
+                    if entries[entry].high_m >= level - steep:
                         _meet(
-                            corners, inside[entry], x, y, z, rise_x, rise_y, ends,
-                            directions, range_m, ranges, i,
+                            corners, entries[entry].triangle, x, y, z, rise_x, rise_y, ends,
+                            ways[i], range_m, ranges, i,
                         )  # fmt: skip
-        for r in range(offsets.shape[0]):
-            ranges[i, r] = max(0.0, ranges[i, r] + noise[i, r])

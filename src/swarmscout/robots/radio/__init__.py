@@ -1,0 +1,1 @@
+"""Radios: who hears whom, from where robots truly are."""

@@ -1,0 +1,1 @@
+"""Range sensors: one file per model, all with the interface of :class:`.sensor.Sensor`."""

@@ -1,0 +1,66 @@
+"""Damaged and full kernel caches."""
+
+import importlib.util
+import subprocess
+import sys
+
+import pytest
+
+from swarmscout.core import jit
+
+SOURCE = """
+from swarmscout.core.jit import kernel
+
+@kernel
+def doubled(x):
+    return 2 * x
+"""
+
+
+@pytest.fixture
+def load(tmp_path, monkeypatch):
+    """Import a module with one kernel; its cache lies beside it."""
+    monkeypatch.setattr(jit, "kernels", {})
+    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path / "cache"))
+    file = tmp_path / "doubling.py"
+    file.write_text(SOURCE, encoding="utf-8")
+
+    def load():
+        spec = importlib.util.spec_from_file_location("doubling", file)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module.doubled
+
+    return load
+
+
+@pytest.mark.parametrize("kind", ["*.nbi", "*.nbc"])
+@pytest.mark.parametrize("damage", ["empty", "cut off", "overwritten"])
+def test_a_damaged_cache_is_rebuilt(load, tmp_path, kind, damage):
+    assert load()(2) == 4
+    (file,) = (tmp_path / "cache").rglob(kind)
+    data = file.read_bytes()
+    file.write_bytes({"empty": b"", "cut off": data[:-9], "overwritten": b"\x00" * 80}[damage])
+    damaged = load()
+    assert damaged._cache.is_filled() == (kind == "*.nbc")
+    assert damaged(3) == 6
+    again = load()
+    assert again(4) == 8
+    assert sum(again.stats.cache_hits.values()) == 1
+
+
+def test_a_full_disk_is_named_with_the_cure(tmp_path):
+    resource = pytest.importorskip("resource")
+    file = tmp_path / "doubling.py"
+    file.write_text(SOURCE + "\nprint(doubled(2))\n", encoding="utf-8")
+
+    def no_large_files():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+    done = subprocess.run(
+        [sys.executable, str(file)], capture_output=True, text=True, preexec_fn=no_large_files,
+        check=False,
+    )  # fmt: skip
+    last = done.stderr.strip().splitlines()[-1]
+    assert "cannot keep compiled kernels in '" in last
+    assert "File too large; free space there, or set NUMBA_CACHE_DIR to another folder" in last
