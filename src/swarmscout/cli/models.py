@@ -32,12 +32,13 @@ def install(name: str = "smollm2", /) -> int:
     """
     from importlib.util import find_spec
 
+    from swarmscout.core.extras import install_command
     from swarmscout.llm.installed import install_model
 
     file, new = install_model(name)
     print(f"{name} {'installed' if new else 'is already installed'}: {file}")
     if find_spec("xllamacpp") is None:
-        print("to run it: pip install 'swarmscout[local-llm]'")
+        print(f"to run it: {install_command('local-llm')}")
     else:
         print("try it: swarmscout explore --destinations llm-shortlist --llm embedded")
     return 0

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from pathlib import Path
 
 from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Model
+from swarmscout.core.paths import expanded
 from swarmscout.llm.cassette import Cassette, Tape
 from swarmscout.llm.dispatcher import Dispatcher
 from swarmscout.llm.embedded import Embedded, servers_at_once
@@ -46,7 +46,7 @@ def connect(
         if model is None:
             model, name = make_model(settings, environ)
         return Dispatcher(model, _limits(settings), name)
-    path = Path(settings.cassette).expanduser()
+    path = expanded(settings.cassette)
     if settings.mode == "replay" and not path.exists():
         raise ModelError(f"cassette '{path}' does not exist: nothing can be replayed")
     tape = Tape(path)

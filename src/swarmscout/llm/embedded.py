@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import IO
 
 from swarmscout.core.errors import ModelError
+from swarmscout.core.extras import install_command
 from swarmscout.core.language_model import Reply, Request
 from swarmscout.core.text import clean_line
 from swarmscout.llm.failures import TryFailed
@@ -62,7 +63,7 @@ class Embedded:
     ) -> None:
         if find_spec("xllamacpp") is None or find_spec("openai") is None:
             raise ModelError(
-                "the embedded model needs an extra: pip install 'swarmscout[local-llm]', then "
+                f"the embedded model needs an extra: {install_command('local-llm')}, then "
                 "swarmscout models install smollm2"
             )
         path = model_file(file)

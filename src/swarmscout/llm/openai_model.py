@@ -17,6 +17,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from swarmscout.core.errors import ModelError
+from swarmscout.core.extras import install_command
 from swarmscout.core.language_model import Reply, Request
 from swarmscout.core.text import clean_line
 from swarmscout.core.tokens import estimate_tokens
@@ -63,7 +64,7 @@ class OpenAIModel:
             import openai
         except ImportError:
             raise ModelError(
-                "asking a language model needs the package openai: pip install 'swarmscout[llm]'"
+                f"asking a language model needs the package openai: {install_command('llm')}"
             ) from None
         self._openai: Any = openai
         self._endpoint = endpoint

@@ -7,9 +7,9 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
-from pathlib import Path
 
 from swarmscout.core.errors import ModelError
+from swarmscout.core.paths import expanded
 
 __all__ = ["Prices", "load_prices"]
 
@@ -52,7 +52,7 @@ def load_prices(file: str = "") -> Prices:
     """
     try:
         if file:
-            text = Path(file).expanduser().read_text(encoding="utf-8")
+            text = expanded(file).read_text(encoding="utf-8")
         else:
             text = (resources.files("swarmscout.llm") / "prices.toml").read_text(encoding="utf-8")
         data = tomllib.loads(text)
