@@ -15,7 +15,7 @@ def check(name: str, /, *, kind: str | None = None) -> None:
 
     Args:
         name: FILE.py:NAME, or a registered name.
-        kind: selector, policy, sensor or radio; by default the kind that NAME can be used as.
+        kind: selector, policy, sensor, radio or world reader; by default the kind that NAME can be used as.
     """
     from swarmscout.core.errors import SwarmscoutError, did_you_mean
     from swarmscout.destinations.registry import SELECTORS
@@ -23,12 +23,14 @@ def check(name: str, /, *, kind: str | None = None) -> None:
     from swarmscout.robots.sensors.registry import SENSORS
     from swarmscout.teams.registry import POLICIES
     from swarmscout.testing import CHECKS
+    from swarmscout.worlds.readers import READERS
 
     registries: dict[str, Registry[Any]] = {
         "selector": SELECTORS,
         "policy": POLICIES,
         "sensor": SENSORS,
         "radio": RADIOS,
+        "world reader": READERS,
     }
     if kind is not None and kind not in registries:
         raise SwarmscoutError(f"--kind '{kind}': {did_you_mean(kind, registries)}")
