@@ -15,7 +15,7 @@ def check(name: str, /, *, kind: str | None = None) -> None:
 
     Args:
         name: FILE.py:NAME, or a registered name.
-        kind: selector, policy, sensor, radio or world reader; by default the kind that NAME can be used as.
+        kind: selector, policy, sensor, radio or world reader; by default the one that NAME can be.
     """
     from swarmscout.core.errors import SwarmscoutError, did_you_mean
     from swarmscout.destinations.registry import SELECTORS
