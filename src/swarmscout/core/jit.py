@@ -27,7 +27,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 kernels: dict[str, Any] = {}
 """Every kernel that has been imported so far, by its qualified name."""
 
-SHARED = ("core/enums.py", "core/events.py", "mapping/occupancy.py", "planning/route_table.py")
+SHARED = (
+    "core/enums.py",
+    "core/events.py",
+    "mapping/occupancy.py",
+    "planning/route_table.py",
+    "worlds/meshes/tiles.py",
+)
 """Files of the package from which kernels of other files import constants and functions."""
 
 
