@@ -32,6 +32,7 @@ SHARED = (
     "core/events.py",
     "mapping/occupancy.py",
     "planning/route_table.py",
+    "planning/search_memory.py",
     "worlds/meshes/tiles.py",
 )
 """Files of the package from which kernels of other files import constants and functions."""
