@@ -16,7 +16,7 @@ import swarmscout
 SOURCE = Path(swarmscout.__file__).parent
 ROOT = Path(__file__).parents[2]
 MODULES = sorted(SOURCE.rglob("*.py"))
-MINDS = ("minds", "mapping", "comms", "teams", "destinations", "planning")
+MINDS = ("minds", "mapping", "comms", "teams", "destinations", "planning", "tasks")
 OUTSIDE = (
     "asyncio", "concurrent", "ftplib", "http", "httpx2", "multiprocessing", "openai", "requests",
     "socket", "ssl", "subprocess", "threading", "urllib", "xllamacpp",

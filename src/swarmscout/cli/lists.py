@@ -37,6 +37,22 @@ def sensors() -> None:
 
 
 @app.command
+def radios() -> None:
+    """Radios: who hears whom (explore --set radio.model=NAME)."""
+    from swarmscout.robots.radio.registry import RADIOS
+
+    _print(RADIOS.names())
+
+
+@app.command
+def tasks() -> None:
+    """Tasks: what is worth heading for (explore --set task.model=NAME)."""
+    from swarmscout.tasks.registry import TASKS
+
+    _print(TASKS.names())
+
+
+@app.command
 def worlds() -> None:
     """Worlds that come with the package (explore --world NAME)."""
     from swarmscout.worlds.catalogue import named_worlds

@@ -40,6 +40,10 @@ from swarmscout.robots.radio.registry import RADIOS
 from swarmscout.robots.sensors.parameters import sensor_parameters
 from swarmscout.robots.sensors.registry import SENSORS
 from swarmscout.robots.sensors.sensor import Sensing, Sensor
+from swarmscout.tasks.checked_task import CheckedTask
+from swarmscout.tasks.parameters import task_parameters
+from swarmscout.tasks.registry import TASKS
+from swarmscout.tasks.task import Task
 from swarmscout.teams.desired_size import DesiredSizes
 from swarmscout.teams.formation import TeamFormation
 from swarmscout.teams.policy import DesiredSizePolicy
@@ -72,6 +76,7 @@ __all__ = [
     "make_planner",
     "make_radio",
     "make_sensing",
+    "make_task",
     "return_reserve",
 ]
 
@@ -83,19 +88,21 @@ def complete(
     policy: object = None,
     sensor: object = None,
     radio: object = None,
+    task: object = None,
 ) -> Scenario:
     """A scenario with what a mission was given besides.
 
     Args:
         scenario: what is run. seed: instead of its own. selector: instead of its ``destinations``.
         policy: instead of its ``teams.policy``. sensor: instead of its ``sensor``.
-        radio: instead of its ``radio``.
+        radio: instead of its ``radio``. task: instead of its ``task``.
 
     Raises:
         ScenarioError: this is no scenario, or the seed is impossible.
         SelectorError: the selector is an object of another kind.
         PolicyError: the policy is.
         SensorError: the sensor is.
+        TaskError: the task is.
     """
     if not isinstance(scenario, Scenario):
         example = f"world={scenario!r}" if isinstance(scenario, str) else "robots=15"
@@ -117,6 +124,9 @@ def complete(
     if radio is not None:
         RADIOS.check_object(radio)
         changes |= {"radio": {"model": IN_MEMORY + type(radio).__name__}}
+    if task is not None:
+        TASKS.check_object(task)
+        changes |= {"task": {"model": IN_MEMORY + type(task).__name__}}
     return Scenario(**{**scenario.model_dump(), **changes}) if changes else scenario
 
 
@@ -264,12 +274,14 @@ def make_destinations(
     frame: GridFrame,
     base: Path | None,
     selector: Selector | None = None,
+    task: CheckedTask | None = None,
 ) -> Destinations:
     """The rule that chooses destinations, and when it is asked.
 
     Args:
         scenario: which rule. frame: the occupancy grids'. base: folder for its file.
         selector: the rule itself, if at hand.
+        task: says what is worth heading for; by default the scenario's.
 
     Raises:
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
@@ -285,7 +297,22 @@ def make_destinations(
         scenario.llm.latency_steps,
         scenario.teams.position == "center",
     )
-    return Destinations(rule, rule_name(name), scenario.renewal, scenario.teams, setting)
+    task = task or make_task(scenario, base)
+    return Destinations(rule, rule_name(name), scenario.renewal, scenario.teams, setting, task)
+
+
+def make_task(scenario: Scenario, base: Path | None, task: Task | None = None) -> CheckedTask:
+    """The task.
+
+    Args:
+        scenario: which task. base: folder for its file. task: the task itself, if at hand.
+
+    Raises:
+        TaskError: there is no such task, or it does not take the scenario's parameters.
+    """
+    name = scenario.task.model
+    rule = task or TASKS.make(name, task_parameters(scenario.task), base)
+    return CheckedTask(rule, rule_name(name).removeprefix(IN_MEMORY))
 
 
 def make_radio(
