@@ -313,9 +313,10 @@ class Mission:
         choose_modes(minds.own, self.stations_m, below, *self._return_reserve, self.events.rows)
 
     def _why_over(self) -> str | None:
-        if self.judge.mobile == 0:
+        judge = self.judge
+        if judge.mobile == 0:
             return "no robot able to move"
-        reason = self.task.done(self.map, self.explored_m2, self.judge.reachable_m2)
+        reason = self.task.done(self.swarm.view(0), judge.explored_m2, judge.reachable_m2)
         if reason is None and self.step_number >= self.scenario.steps:
             return "steps used up"
         return reason

@@ -92,6 +92,8 @@ class CheckedTask:
         Raises:
             TaskError: the task failed, or answered something else.
         """
+        if self._explores:  # Asked after each step, and known to keep to its contract.
+            return self.task.done(map, explored_m2, reachable_m2)
         reason = self._ask(lambda: self.task.done(map, explored_m2, reachable_m2), "in done")
         self._refuse(wrong_reason(reason), "")
         return reason  # type: ignore[no-any-return]
