@@ -23,7 +23,7 @@ from pages import write_section
 
 from swarmscout.cli.study import run_and_show
 from swarmscout.destinations.registry import RECOMMENDED
-from swarmscout.reproduction.catalogue import FIGURES, command_of, reproduce
+from swarmscout.reproduction.catalogue import PAPER_FIGURES, command_of, reproduce
 from swarmscout.reproduction.options import Options, RunStudy
 from swarmscout.studies.comparison import Arm, Label, Pairs, arms_of, compare
 from swarmscout.studies.formatting import p_text, with_interval, world_text
@@ -94,7 +94,12 @@ def gains(study: Study, frame: pl.DataFrame, axis: str) -> Table:
 
 def paper(arguments: argparse.Namespace) -> None:
     """Every figure of the paper beside what it claims."""
-    figures("paper", list(FIGURES), Options(arguments.out / "paper", running(arguments)), arguments)
+    figures(
+        "paper",
+        list(PAPER_FIGURES),
+        Options(arguments.out / "paper", running(arguments)),
+        arguments,
+    )
 
 
 def model(arguments: argparse.Namespace) -> None:
@@ -125,7 +130,7 @@ def figures(
     options = replace(options, quick=arguments.trials == 1)
     made = reproduce(names, options, lambda name, page: print(page, flush=True))
     for name, its in made:
-        blocks.append(Heading(FIGURES[name].title, 3))
+        blocks.append(Heading(PAPER_FIGURES[name].title, 3))
         blocks += [beneath(block, f"{section}-{name}") for block in its]
         blocks.append(Text(f"`{command_of(name, options)}`"))
     write_section(Path("docs/results.md"), section, blocks)

@@ -1,4 +1,4 @@
-"""Run one mission and get its run: the function that most scripts need."""
+"""Functions that run one mission and return its recording."""
 
 from __future__ import annotations
 
@@ -53,19 +53,20 @@ def explore(
 
     Args:
         world: a named world, the path of a map, a :class:`~swarmscout.worlds.world.World`, or an
-            array of booleans [rows, cols]: true where a robot may be, row 0 the lowest, cells of
+            array bool[rows, cols]: true where a robot may be, row 0 at the lowest y, cells of
             0.1 m.
         robots: N, the number of robots.
         steps: the mission's length.
         destinations: a selector's name (by default the recommended one; the paper's is
             ``quantile``), ``FILE.py:NAME``, or a selector: its class or an object. An object is not
-            kept in the run's folder: such a run cannot be run again from there.
+            kept, so ``swarmscout explore RUN`` refuses the run.
         seed: starts, noise, charge, characters, decisions.
         out: a new or empty folder for the run; None keeps it in memory.
         record: ``full``; ``curves`` (no steps, maps or events); ``summary``.
-        model: answers a selector that asks a language model, instead of the scenario's.
-        links: who hears whom: a step to bool[N, N]; then each robot keeps a map of its own. Nothing
-            in the run's folder says how: such a run cannot be run again from there.
+        model: the language model for selectors that use one, instead of the scenario's. It is not
+            kept, so ``swarmscout explore RUN`` needs ``--llm``.
+        links: who hears whom, a function from the step to bool[N, N]; then each robot keeps a map
+            of its own. It is not kept, so ``swarmscout explore RUN`` refuses the run.
         **more: further scenario keys; a section is a mapping: ``teams={"desired_size": 3}``, in
             which ``policy`` may be a policy's class or an object too.
 
@@ -118,7 +119,7 @@ def _text(name: str, given: object) -> str:
 
 
 def _handed_over(kind: Registry[R], key: str, given: object, more: dict[str, Any]) -> R | None:
-    """A rule out of its class or an object; None for a name."""
+    """The rule given as a class or an object; None if it was given by name."""
     if isinstance(given, str):
         return None
     if isinstance(given, type):
@@ -126,8 +127,8 @@ def _handed_over(kind: Registry[R], key: str, given: object, more: dict[str, Any
         return kind.make_object(given, given.__name__, parameters)
     if more.get(kind.noun):
         raise kind.error(
-            f"{kind.noun} parameters belong to a {kind.noun}'s name or class; this one is made "
-            "already"
+            f"{kind.noun} parameters belong to a {kind.noun}'s name or class; this one is "
+            "already made"
         )
     if not isinstance(given, kind.face):
         raise kind.error(
@@ -153,20 +154,21 @@ def record_mission(
 ) -> Run:
     """Run a scenario's mission and record it.
 
-    When something breaks the mission off (an error, an interrupt), what was recorded until then is
-    written down before the exception goes on its way; nothing is left behind when it never began.
+    When an error or an interrupt ends the mission early, the steps recorded until then are written
+    before the exception is passed on. A mission that never began leaves nothing behind.
 
     Args:
         scenario: what to run.
         out: a new or empty folder, or None for memory.
         record: the recording level.
-        world: the world, when it is not to be loaded by the scenario's name.
+        world: the world, instead of the one that the scenario names.
         base: folder for relative paths of the scenario, besides the working directory.
-        selector: the rule for destinations, when it is not to be found by the scenario's name.
-        policy: the same for desired team sizes.
+        selector: the selector, instead of the one that the scenario names.
+        policy: the policy for desired team sizes, likewise.
         on_step: called with the mission after each step.
-        model: answers a selector that asks a language model, instead of the scenario's.
-        links: who hears whom, a step to bool[N, N]; then each robot keeps a map of its own.
+        model: the language model for selectors that use one, instead of the scenario's.
+        links: who hears whom, a function from the step to bool[N, N]; then each robot keeps a map
+            of its own.
         watchers: further recorders, for example one that shows the mission while it runs.
 
     Raises:
@@ -184,7 +186,7 @@ def record_mission(
         )  # fmt: skip
         mission.run(on_step)
     except BaseException:
-        # The reason for breaking off is what matters; that the disk is full was it, perhaps.
+        # The first error matters; a full disk may be that error.
         with contextlib.suppress(RunError):
             writer.close()
         if folder is not None:
@@ -197,7 +199,7 @@ def record_mission(
 
 
 class _All:
-    """Several recorders as one; the writer is the first and knows a step before anybody sees it."""
+    """Several recorders as one; the writer comes first, so steps are recorded before shown."""
 
     def __init__(self, recorders: Sequence[Recorder]) -> None:
         self._recorders = recorders

@@ -48,7 +48,7 @@ def some_minds(rng: np.random.Generator, frame: GridFrame, shared: bool) -> tupl
 
 
 def fan(minds: Minds, knowledge: Knowledge, status: NDArray[np.uint8]) -> None:
-    rules = np.zeros(1, dtype=FAN)[0]
+    rules = np.zeros(1, dtype=FAN)
     frame = knowledge.grids.frame
     for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
         rules[name] = getattr(frame, name)

@@ -10,7 +10,8 @@ import pytest
 from PIL import Image
 
 from swarmscout import Mission, Run, RunError, RunWriter, Scenario, map_picture, record_mission
-from swarmscout.viewing.map_picture import frontier_cells, labels_at, map_figure
+from swarmscout.viewing.map_image import frontier_cells, labels_at
+from swarmscout.viewing.map_picture import map_figure
 
 
 def test_labels_and_frontiers_are_the_mission_s(finished: Run, tape: Any) -> None:

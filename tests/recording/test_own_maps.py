@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmscout import Mission, Run, RunError, Scenario, explore, record_mission
-from swarmscout.recording.own_maps import GatheredEvidence, OwnMaps, own_maps_of
+from swarmscout.recording.own_maps import GatheredEvidence, OwnMaps
 from swarmscout.recording.tables import OWN_MAPS
 
 ROBOTS = 6
@@ -31,6 +30,10 @@ def weather(seed: int, share: float, lasts: int = 9) -> Any:
         return rng.random((ROBOTS, ROBOTS)) < share
 
     return links
+
+
+def gathered_of(run: Run) -> GatheredEvidence:
+    return GatheredEvidence.of(run.evidence, run.links, ROBOTS, run.last_step)
 
 
 class Watch:
@@ -82,8 +85,8 @@ def test_every_map_at_every_step(seed: int, share: float) -> None:
     run = record_mission(
         SCENARIO.model_copy(update={"steps": 25}), links=weather(seed, share, 3), watchers=[watch]
     )
-    gathered = GatheredEvidence.of(run)
-    maps = own_maps_of(run, range(ROBOTS))
+    gathered = gathered_of(run)
+    maps = run.robot_maps(range(ROBOTS))
     lengths = np.zeros((run.last_step + 1, ROBOTS), dtype=np.int64)
     for step in range(1, run.last_step + 1):
         ends = gathered.ends[step]
@@ -108,17 +111,18 @@ def test_the_swarms_map_is_still_there(run: Run) -> None:
     assert all((run.map_at(robot=robot) != 0).sum() <= known.sum() for robot in range(ROBOTS))
 
 
-def test_a_killed_run_and_one_in_memory_know_it_too(run: Run, watch: Watch, tmp_path: Path) -> None:
-    assert run.path is not None
-    broken = tmp_path / "broken"
-    shutil.copytree(run.path, broken)
-    (broken / "summary.json").unlink()
-    (broken / "coverage.parquet").unlink()
-    (broken / "parts").mkdir()
-    run.coverage.head(51).write_parquet(broken / "parts" / "coverage-000000.parquet")
-    killed = Run.open(broken)
-    assert (killed.finished, killed.last_step) == (False, 50)
-    np.testing.assert_array_equal(killed.map_at(robot=2), watch.maps[50][2])
+def test_a_broken_off_run_and_one_in_memory_know_it_too(
+    run: Run, watch: Watch, tmp_path: Path
+) -> None:
+    def fail(mission: Any) -> None:
+        if mission.step_number == 50:
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        record_mission(SCENARIO, out=tmp_path / "x", links=weather(1, 0.15), on_step=fail)
+    broken = Run.open(tmp_path / "x")
+    assert (broken.finished, broken.last_step) == (False, 50)
+    np.testing.assert_array_equal(broken.map_at(robot=2), watch.maps[50][2])
 
     memory = record_mission(SCENARIO, links=weather(1, 0.15))
     np.testing.assert_array_equal(memory.map_at(30, robot=4), watch.maps[30][4])
@@ -140,20 +144,6 @@ def test_full_communication_keeps_nothing_more(tmp_path: Path) -> None:
     assert not any((run.path / f"{table}.parquet").exists() for table in OWN_MAPS)
     assert [run.evidence.height, run.links.height] == [0, 0]
     np.testing.assert_array_equal(run.map_at(5, robot=3), run.map_at(5))
-
-
-def test_a_run_of_an_older_version_shows_the_swarms_map(run: Run, tmp_path: Path) -> None:
-    assert run.path is not None
-    old = tmp_path / "old"
-    shutil.copytree(run.path, old)
-    for table in OWN_MAPS:
-        (old / f"{table}.parquet").unlink()
-    text = (old / "run.json").read_text().replace('"maps": "own",\n', "")
-    (old / "run.json").write_text(text)
-    again = Run.open(old)
-    np.testing.assert_array_equal(again.map_at(), run.map_at())
-    with pytest.raises(RunError, match="older version"):
-        again.map_at(robot=1)
 
 
 def test_mistakes_are_one_clear_line(run: Run) -> None:
@@ -180,9 +170,9 @@ def test_explore_takes_links() -> None:
 
 def test_one_who_reads_while_another_writes(run: Run) -> None:
     """What was gathered up to a step stays as it is while more comes."""
-    whole = GatheredEvidence.of(run)
+    whole = gathered_of(run)
     growing = GatheredEvidence(ROBOTS)
-    maps = OwnMaps(growing, [1], run.frame, own_maps_of(run, [1])._model)
+    maps = OwnMaps(growing, [1], run.frame, run.robot_maps([1])._model)
     for step in range(1, run.last_step + 1):
         begin, end = whole.ends[step - 1, -1], whole.ends[step, -1]
         counts = np.diff(whole.ends[step], prepend=begin)

@@ -22,7 +22,7 @@ def _hashes(folder: Path) -> dict[str, str]:
     return {
         str(file.relative_to(folder)): hashlib.sha256(file.read_bytes()).hexdigest()
         for file in sorted(folder.rglob("*"))
-        if file.is_file() and file.name != "timing.parquet"
+        if file.is_file() and file.name != "timing.zip"
     }
 
 

@@ -11,7 +11,8 @@ import pytest
 from swarmscout import Run, RunError, RunWriter, Scenario, record_mission
 from swarmscout.core.enums import ACTIONS, EVENTS, MODES
 from swarmscout.core.recorder import Decision
-from swarmscout.recording.row_buffer import Chunk, plain
+from swarmscout.recording.decisions import plain
+from swarmscout.recording.row_buffer import Chunk
 from swarmscout.recording.tables import LEVELS, OWN_MAPS, TABLES
 
 
@@ -67,7 +68,7 @@ def test_a_decision_without_a_cell_has_nulls(tape: Any) -> None:
         chunk.add(record)
     finally:
         record.decisions = kept
-    row = chunk.frames(chunk.coverage_types())["decisions"].row(0, named=True)
+    row = chunk.frames()["decisions"].row(0, named=True)
     assert [row[name] for name in ("cell", "x_m", "y_m", "distance_m")] == [None] * 4
     assert row["details"] == '{"cells": [0, 1], "odd": null, "score": 0.5}'
 
@@ -90,7 +91,7 @@ def test_memory_and_disk_hold_the_same(scenario: Scenario, finished: Run) -> Non
 def test_a_level_keeps_its_tables_and_no_other(level: str, scenario: Scenario, empty: Path) -> None:
     run = record_mission(scenario, out=empty, record=level)
     assert {file.stem for file in empty.glob("*.parquet")} == (
-        {*LEVELS[level]} - {"attempts", *OWN_MAPS}
+        {*LEVELS[level]} - {"attempts", "timing", *OWN_MAPS}
     )
     assert {"scenario.toml", "run.json", "map.npz", "summary.json"} <= {
         file.name for file in empty.iterdir()
@@ -111,8 +112,8 @@ def test_nothing_temporary_is_left(finished: Run) -> None:
     assert finished.path is not None
     left = {file.name for file in finished.path.iterdir() if file.name != "world"}
     assert left == {
-        "scenario.toml", "run.json", "map.npz", "summary.json",
-        *(f"{table}.parquet" for table in TABLES if table not in ("attempts", *OWN_MAPS)),
+        "scenario.toml", "run.json", "map.npz", "summary.json", "timing.zip",
+        *(f"{table}.parquet" for table in TABLES if table not in ("attempts", "timing", *OWN_MAPS)),
     }  # fmt: skip
 
 
@@ -137,9 +138,8 @@ def test_an_interrupted_add_changes_nothing(tape: Any, monkeypatch: pytest.Monke
         chunk.add(record)
     for record in (first, third):
         clean.add(record)
-    types = clean.coverage_types()
-    for table, frame in clean.frames(types).items():
-        assert chunk.frames(types)[table].equals(frame), table
+    for table, frame in clean.frames().items():
+        assert chunk.frames()[table].equals(frame), table
 
 
 def test_a_writer_keeps_one_mission(tape: Any) -> None:

@@ -8,7 +8,7 @@ from in_this_process import InThisProcess
 
 from swarmscout.cli.app import main
 from swarmscout.core.errors import StudyError
-from swarmscout.reproduction.catalogue import FIGURES, figures_named, reproduce
+from swarmscout.reproduction.catalogue import PAPER_FIGURES, figures_named, reproduce
 from swarmscout.reproduction.options import Options
 from swarmscout.studies.scheduler import run_study
 
@@ -22,11 +22,11 @@ def pages(tmp_path_factory):
         out=out, run_study=lambda study: run_study(study, InThisProcess()), quick=True,
         selector="llm-like",
     )  # fmt: skip
-    reproduce(list(FIGURES), options, found.__setitem__)
+    reproduce(list(PAPER_FIGURES), options, found.__setitem__)
     return found
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("name", PAPER_FIGURES)
 def test_every_figure_stands_beside_the_papers_claim(pages, name):
     twin = pages[name].with_suffix(".md").read_text(encoding="utf-8")
     assert "**The paper:**" in twin

@@ -31,7 +31,7 @@ def test_charge_follows_its_definition(
     alive[0] = False
     charge[0] = 0.0
     can = np.ones(robots, dtype=CAPABILITIES)
-    charger = np.array([(capacity, per_step, reach)], dtype=CHARGER)[0]
+    charger = np.array([(capacity, per_step, reach)], dtype=CHARGER)
     log = EventLog(robots)
     for _ in range(30):
         position = rng.uniform(0.0, 5.0, (robots, 2))

@@ -1,4 +1,8 @@
-"""A recorded mission that these tests share, and a real browser to look at it with."""
+"""A recorded mission that these tests share, and a real browser that shows it.
+
+No test depends on the speed of the machine: they wait for conditions, and :data:`HANG_S` only ends
+a test that would never end.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +17,7 @@ import pytest
 from swarmscout import Run, Scenario, record_mission
 from swarmscout.viewing.player.recorded import player_data
 
+HANG_S = 600.0
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # Without a graphics card Chromium draws WebGL in software.
 FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -33,7 +38,7 @@ def data(run: Run) -> bytes:
 
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
-    """A headless Chromium; where there is none these tests are skipped, and pytest says so."""
+    """A headless Chromium; without one these tests are skipped, and pytest says so."""
     found = os.environ.get("SWARMSCOUT_CHROMIUM") or next(
         filter(None, map(shutil.which, BROWSERS)), None
     )
@@ -46,8 +51,16 @@ def chromium() -> Iterator[Any]:
         browser.close()
 
 
+def wait_until(condition: Callable[[], Any], name: str = "") -> None:
+    """Wait for a condition, however slow the machine."""
+    end = time.monotonic() + HANG_S
+    while not condition():
+        assert time.monotonic() < end, f"never true: {name}"
+        time.sleep(0.05)
+
+
 class Watched:
-    """A page, and everything about it that should not be."""
+    """A page, and everything about it that is wrong."""
 
     def __init__(self, page: Any) -> None:
         self.page = page
@@ -64,15 +77,12 @@ class Watched:
 
     def open(self, url: str) -> Any:
         self.page.goto(url)
-        self.page.wait_for_selector("body[data-ready=yes]", timeout=30_000)
+        self.page.wait_for_selector("body[data-ready=yes]", timeout=1000 * HANG_S)
         return self.page
 
-    def until(self, expression: str, seconds: float = 10.0) -> None:
-        """Wait for something to be so (the page's policy forbids Playwright's own way)."""
-        end = time.monotonic() + seconds
-        while not self.page.evaluate(expression):
-            assert time.monotonic() < end, f"never so: {expression}"
-            time.sleep(0.05)
+    def until(self, expression: str) -> None:
+        """Wait for a condition (the page's policy forbids Playwright's own way)."""
+        wait_until(lambda: self.page.evaluate(expression), expression)
 
     @property
     def foreign(self) -> list[str]:
@@ -87,6 +97,7 @@ def watched(chromium: Any) -> Iterator[Callable[..., Watched]]:
 
     def make(width: int = 1280, height: int = 720, **more: Any) -> Watched:
         context = chromium.new_context(viewport={"width": width, "height": height}, **more)
+        context.set_default_timeout(1000 * HANG_S)
         pages.append(Watched(context.new_page()))
         return pages[-1]
 

@@ -8,16 +8,15 @@ from PIL import Image
 
 from swarmscout import Mission, explore
 from swarmscout.core.errors import RunError, ViewError
-from swarmscout.viewing.figures.curves import explored_area
-from swarmscout.viewing.figures.making import FIGURES, make_figures
-from swarmscout.viewing.figures.maps import growing_map, team_map
-from swarmscout.viewing.figures.sensor import _scan
+from swarmscout.viewing.mission_figures.catalogue import MISSION_FIGURES, make_figures
+from swarmscout.viewing.mission_figures.maps import explored_area, growing_map, team_map
+from swarmscout.viewing.mission_figures.sensor import Scans
 from swarmscout.viewing.replay import Replay
 
 
 def test_all_figures_are_drawn(run, tmp_path):
     files = make_figures(run, tmp_path / "new" / "folder", dpi=60)
-    assert [file.stem for file in files] == list(FIGURES)
+    assert [file.stem for file in files] == list(MISSION_FIGURES)
     for file in files:
         with Image.open(file) as picture:
             pixels = np.asarray(picture.convert("RGB"))
@@ -36,11 +35,15 @@ def test_the_same_run_gives_the_same_bytes(run, tmp_path, form, begin):
 
 def test_rays_are_those_of_the_mission(run):
     mission = Mission(run.scenario)
+    scans, kept = Scans(Replay(run)), []
     for step in range(1, 56):  # Over the end of a block of noise.
         mission.step()
         if step in (1, 20, 50, 55):
-            scan, _, _ = _scan(Replay(run), step)
-            assert (scan.ranges == mission.sensing.last.ranges).all()
+            ranges = scans.at(step)[0].ranges
+            assert (ranges == mission.sensing.last.ranges).all()
+            kept.append((ranges, ranges.copy()))
+    for ranges, copy in kept:  # A later scan does not change an earlier one.
+        assert (ranges == copy).all()
 
 
 def test_figures_show_the_run(run):
@@ -77,10 +80,10 @@ def test_a_robot_that_charges_is_named(tmp_path):
     ("more", "told"),
     [
         ({"names": ["team-mop"]}, "did you mean 'team-map'"),
-        ({"form": "bmp"}, "cannot be 'bmp'"),
+        ({"form": "bmp"}, "cannot be written as 'bmp'"),
         ({"step": 61}, "holds steps 0 to 60"),
-        ({"step": 0, "names": ["sensor-fan"]}, "nobody measures in step 0"),
-        ({"dpi": 5}, "give 30 to 1200"),
+        ({"step": 0, "names": ["sensor-fan"]}, "do not measure in step 0"),
+        ({"dpi": 5}, "choose 30 to 1200"),
     ],
 )
 def test_mistakes_are_one_clear_line(run, tmp_path, more, told):

@@ -8,7 +8,6 @@ import pty
 import select
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -40,9 +39,9 @@ def test_the_map_fits_and_shows_the_robots(width, height):
     assert picture.shape[1] <= width
     kinds = {tuple(colour) for colour in picture.reshape(-1, 3).tolist()}
     assert kinds <= {tuple(colour) for colour in COLOURS.tolist()}
-    assert (230, 40, 30) in kinds  # Somebody explores.
+    assert (255, 93, 79) in kinds  # Somebody explores.
     if (width, height) == (200, 200):
-        red = (picture == (230, 40, 30)).all(axis=2).sum()
+        red = (picture == (255, 93, 79)).all(axis=2).sum()
         exploring = mission.bodies.alive & (mission.minds.mode == 0)
         cells = mission.frame.cells_of(mission.bodies.position[exploring])
         assert red == len(np.unique(cells, axis=0))
@@ -61,8 +60,7 @@ def in_a_terminal(words, columns, lines, folder):
     )  # fmt: skip
     os.close(theirs)
     told = b""
-    end = time.monotonic() + 120
-    while time.monotonic() < end:
+    while True:
         ready, _, _ = select.select([keeper], [], [], 0.2)
         if ready:
             try:
@@ -72,7 +70,7 @@ def in_a_terminal(words, columns, lines, folder):
         elif process.poll() is not None:
             break
     os.close(keeper)
-    assert process.wait(timeout=10) == 0
+    assert process.wait() == 0
     return told.decode(errors="replace")
 
 

@@ -11,9 +11,9 @@ from test_packets import read
 
 from swarmscout import Mission, Run, RunError, Scenario, record_mission
 from swarmscout.core.errors import ViewError
-from swarmscout.viewing.figures.making import make_figures
-from swarmscout.viewing.figures.maps import team_map
-from swarmscout.viewing.map_picture import labels_at
+from swarmscout.viewing.map_image import labels_at
+from swarmscout.viewing.mission_figures.catalogue import make_figures
+from swarmscout.viewing.mission_figures.maps import team_map
 from swarmscout.viewing.player.beliefs import chosen_robots, packed_beliefs
 from swarmscout.viewing.player.export import export_page
 from swarmscout.viewing.player.live import LiveMission
@@ -44,8 +44,8 @@ def shown(page: Any, frame: Any) -> np.ndarray:
 
 def assert_shows_own_maps(seen: Any, run: Run) -> None:
     page = seen.page
-    told = "document.querySelector('#maps .whose').textContent"
-    assert page.evaluate(told) == "all robots' maps together"
+    note = "document.querySelector('#maps .whose').textContent"
+    assert page.evaluate(note) == "all maps together"
     assert page.locator("#own").is_visible()
     assert page.locator("#own").is_disabled()
     np.testing.assert_array_equal(shown(page, run.frame), labels_at(run, 40))
@@ -53,7 +53,7 @@ def assert_shows_own_maps(seen: Any, run: Run) -> None:
     page.keyboard.press("o")
     for robot in (0, 1, 2):
         seen.until(f"player.mission.shownMap.robot === {robot}")
-        assert page.evaluate(told) == f"what robot {robot} knows"
+        assert page.evaluate(note) == f"the map of robot {robot}"
         for step in (40, 9, run.last_step):
             page.evaluate(f"player.clock.goTo({step})")
             own = labels_at(run, step, robot)
@@ -63,7 +63,7 @@ def assert_shows_own_maps(seen: Any, run: Run) -> None:
     page.keyboard.press("o")
     page.evaluate("player.clock.goTo(40)")
     np.testing.assert_array_equal(shown(page, run.frame), labels_at(run, 40))
-    assert page.evaluate(told) == "all robots' maps together"
+    assert page.evaluate(note) == "all maps together"
     assert seen.troubles == []
     assert seen.foreign == []
 
@@ -89,12 +89,12 @@ def test_a_link_and_a_file_with_some_robots_only(apart, watched, tmp_path):
     seen.until("player.mission.shownMap.robot === 2")
     np.testing.assert_array_equal(shown(page, apart.frame), labels_at(apart, 30, 2))
     page.keyboard.press("n")
-    seen.until("/is not here/.test(document.querySelector('#maps .whose').textContent)")
+    seen.until("/no own map/.test(document.querySelector('#maps .whose').textContent)")
     np.testing.assert_array_equal(shown(page, apart.frame), labels_at(apart, 30))
     page.keyboard.press("Escape")
     seen.until("player.draw() || !player.ownMap.on")
     assert page.evaluate("document.querySelector('#maps .whose').textContent") == (
-        "all robots' maps together"
+        "all maps together"
     )
     assert seen.troubles == []
 
@@ -125,8 +125,8 @@ def test_live_and_recorded_say_the_same(apart):
     for robot in range(ROBOTS):
         for packet in (live.belief(robot, 0), Recorded(b"", apart).belief(robot, 0)):
             ((facts, arrays),) = read(gzip.decompress(packet))
-            ((told, kept),) = read(gzip.decompress(recorded[robot]))
-            assert facts == told
+            ((known, kept),) = read(gzip.decompress(recorded[robot]))
+            assert facts == known
             assert all((arrays[name] == kept[name]).all() for name in kept)
     ((facts, arrays),) = read(gzip.decompress(live.belief(1, 61)))
     assert (facts["steps"], arrays["map.cells"].size) == (0, 0)
@@ -156,7 +156,7 @@ def test_figures_of_one_robots_map(apart, tmp_path):
     (whole,) = make_figures(apart, tmp_path / "all", names=["team-map"], dpi=60)
     assert file.read_bytes() != whole.read_bytes()
     axes = team_map(replay, 60).axes[0]
-    assert axes.get_title() == "step 60 · what robot 2 knows"
+    assert axes.get_title() == "step 60 · the map of robot 2"
     assert (
         axes.images[0].get_array() != team_map(Replay(apart), 60).axes[0].images[0].get_array()
     ).any()

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from swarmscout.viewing.player.blocks import LONGEST_TEXT, short
 from swarmscout.viewing.player.packets import MAGIC, pack, smallest, with_differences
+from swarmscout.viewing.player.page_text import LONGEST_TEXT, page_data
 
 
 def read(data: bytes) -> list[tuple[dict, dict]]:
@@ -75,7 +75,7 @@ def test_what_no_type_holds_is_refused():
 
 def test_long_texts_are_cut_wherever_they_are():
     long = "y" * (LONGEST_TEXT + 1)
-    told = short({"a": [long, {"b": long}], "n": float("nan"), "k": 3, "s": "short"})
+    told = page_data({"a": [long, {"b": long}], "n": float("nan"), "k": 3, "s": "short"})
     assert told["n"] is None
     assert (told["k"], told["s"]) == (3, "short")
     for text in (told["a"][0], told["a"][1]["b"]):

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 import tomllib
+from dataclasses import asdict
 from pathlib import Path
 
 import swarmscout
+from swarmscout.viewing.palette import DARK, LIGHT
 from swarmscout.viewing.player.page import PAGE_FILES, file_bytes, one_file, served_policy
 
 PAGE = Path(swarmscout.__file__).parent / "viewing" / "player" / "page"
 
 
 def test_libraries_are_the_official_files():
-    told = tomllib.loads((PAGE / "vendor" / "vendor.toml").read_text(encoding="utf-8"))
+    libraries = tomllib.loads((PAGE / "vendor" / "vendor.toml").read_text(encoding="utf-8"))
     sums = {}
-    for library in told.values():
+    for library in libraries.values():
         assert library["version"]
         assert library["licence"].startswith("MIT")
         assert set(library["from"]) == set(library["sha256"])
@@ -33,7 +36,7 @@ def test_every_file_of_the_page_is_named():
         for path in PAGE.rglob("*")
         if path.suffix in (".js", ".css", ".html")
     }
-    assert there - {"standalone.js"} == set(PAGE_FILES)
+    assert there - {"standalone.js"} == set(PAGE_FILES) - {"palette.js", "palette.css"}
 
 
 def test_nothing_names_another_host():
@@ -59,3 +62,16 @@ def test_one_file_holds_everything():
         assert "default-src 'none'" in where
         assert "unsafe" not in where
         assert "http" not in where
+
+
+def test_the_page_has_the_palettes_of_all_pictures():
+    script = file_bytes("palette.js").decode()
+    palettes = json.loads(script.removeprefix("export const PALETTES = ").rstrip(";\n"))
+    assert palettes == {"light": asdict(LIGHT), "dark": asdict(DARK)}
+    style = file_bytes("palette.css").decode()
+    for palette in (LIGHT, DARK):
+        for colour in asdict(palette).values():
+            assert colour in style
+    for name in PAGE_FILES:
+        if name.endswith(("style.css", "overlay.js", "map.js", "colours.js", "curves.js")):
+            assert not re.search(rb"#[0-9a-f]{6}\b", file_bytes(name)), name

@@ -8,9 +8,11 @@ import re
 import numpy as np
 import polars as pl
 import pytest
+from PIL import Image
 
 from swarmscout import Run
-from swarmscout.viewing.map_picture import frontier_cells, labels_at
+from swarmscout.viewing.map_image import frontier_cells, labels_at
+from swarmscout.viewing.palette import DARK, LIGHT, rgb
 from swarmscout.viewing.player.page import one_file
 from swarmscout.viewing.player.recorded import player_data
 from swarmscout.viewing.player.server import PlayerServer, Recorded
@@ -31,8 +33,8 @@ MAP, SCENE = "#maps canvas", "#scenes canvas"
 CURSOR = """() => {
     const cursor = document.querySelector("#curves .cursor").getBoundingClientRect();
     const chart = document.querySelector("#curves .u-over").getBoundingClientRect();
-    const told = document.querySelector("#curves output").textContent;
-    return [(cursor.left + 0.5 - chart.left) / chart.width, told];
+    const text = document.querySelector("#curves output").textContent;
+    return [(cursor.left + 0.5 - chart.left) / chart.width, text];
 }"""
 
 
@@ -73,9 +75,9 @@ def test_a_file_shows_what_the_run_holds(file, run, watched):
         edge = np.array(page.evaluate("[...player.maps[0].frontier]")).reshape(run.frame.shape)
         assert (edge.astype(bool) == frontier_cells(labels_at(run, step))).all()
         pictures[step] = [page.evaluate(PIXELS, name) for name in (MAP, SCENE)]
-        x, told = page.evaluate(CURSOR)
+        x, text = page.evaluate(CURSOR)
         assert x == pytest.approx(step / run.last_step, abs=0.005)
-        assert told == str(round(run.coverage["explored_m2"][step]))
+        assert text == str(round(run.coverage["explored_m2"][step]))
     assert page.evaluate(PIXELS, "#curves canvas") > 0
     # What is inside the canvases changes when one scrubs, and comes back.
     for a, b in ((0, 30), (30, run.last_step)):
@@ -109,7 +111,7 @@ def test_keys_buttons_and_links(file, run, watched):
     assert page.evaluate("player.look.selected") == 1
     page.keyboard.press("f")
     assert page.evaluate("player.following")
-    assert "robot" in page.inner_text("#told").lower()
+    assert "robot" in page.inner_text("#panel").lower()
     page.keyboard.press("Escape")
     assert page.evaluate("[player.look.selected, player.following]") == [-1, False]
 
@@ -124,11 +126,18 @@ def test_keys_buttons_and_links(file, run, watched):
     for key in ("+", "-", "-", "-"):
         page.keyboard.press(key)
     assert page.evaluate("player.clock.speed") == 2  # So slow that the end is far away.
+    # The page is drawn by its own clock: 40 frames of 50 ms at 2 steps a second are 4 steps.
+    page.evaluate("player.refresh = () => {}")
     page.keyboard.press("Space")
-    seen.until(f"player.clock.time > 27 && {step} > 26")
+    assert page.evaluate("player.clock.playing")
+    for frame in range(41):
+        page.evaluate(f"player.clock.tick({50 * frame}); player.draw()")
+    assert page.evaluate("player.clock.time") == pytest.approx(29.0)
+    page.evaluate("player.clock.tick(2025)")
+    assert page.evaluate("player.clock.time") == pytest.approx(29.05)
     page.keyboard.press("Space")
     stopped = page.evaluate("player.clock.time")
-    assert stopped == int(stopped)
+    assert stopped == 29
     with page.expect_download() as saved:
         page.keyboard.press("p")
     assert saved.value.suggested_filename == f"seen-step-{int(stopped)}.png"
@@ -275,10 +284,10 @@ def test_hostile_words_do_no_harm(run, watched, tmp_path):
         | {"details": json.dumps({"answer": text, "tries": [{"prompt": text, "valid": False}]})}
         for i, text in enumerate(HOSTILE)
     ]
-    told = Run.open(run.path)
-    told._frames["decisions"] = pl.DataFrame(rows, schema=run.decisions.schema)
+    changed = Run.open(run.path)
+    changed._frames["decisions"] = pl.DataFrame(rows, schema=run.decisions.schema)
     file = tmp_path / "hostile.html"
-    file.write_bytes(one_file("</title><script>window.stolen = 1</script>", [player_data(told)]))
+    file.write_bytes(one_file("</title><script>window.stolen = 1</script>", [player_data(changed)]))
     assert file.stat().st_size < 2_000_000
 
     seen = watched()
@@ -293,5 +302,145 @@ def test_hostile_words_do_no_harm(run, watched, tmp_path):
     assert "1,000,000 characters, cut" in text
     assert page.locator("#decisions img, #decisions script").count() == 0
     assert page.evaluate("window.stolen") is None
+    assert not re.search("[\x00-\x08\x1b\u202e]", text)
     assert seen.troubles == []
     assert seen.foreign == []
+
+
+def test_north_is_up_in_both_views_and_both_say_so(file, watched):
+    page = watched().open(f"{file.as_uri()}#t=40&view=both")
+    places = """(view) => {
+        const [left, bottom, right, top] = view.window;
+        const [x, y] = [(left + right) / 2, (bottom + top) / 2];
+        return [[x, y], [x + 2, y], [x, y + 2]].map(([a, b]) => view.toPixels(a, b));
+    }"""
+    for view in ("player.scenes[0]", "player.maps[0]"):
+        middle, east, north = np.array(page.evaluate(f"({places})({view})"))
+        assert east[0] > middle[0] + 5
+        assert east[1] == pytest.approx(middle[1], abs=3)  # The ground slopes a little.
+        assert north[1] < middle[1] - 5
+        assert north[0] == pytest.approx(middle[0], abs=3)
+    page.evaluate("player.scenes[0].camera.position.x += 30; player.scenes[0].controls.update()")
+    middle, _, north = np.array(page.evaluate(f"({places})(player.scenes[0])"))
+    assert north[0] > middle[0] + 3  # Seen from the south-east, north is to the right.
+
+
+def test_the_legend_explains_what_is_drawn_and_can_be_hidden(file, watched, tmp_path):
+    page = watched().open(f"{file.as_uri()}#t=40&view=map")
+    text = page.inner_text("#legend")
+    for sign in ("EXP", "CHR", "stranded", "leader", "destination", "station", "unknown", "free",
+                 "wall", "frontier", "time line"):  # fmt: skip
+        assert sign in text
+    assert "route" not in text  # No robot is selected.
+    page.keyboard.press("n")
+    page.keyboard.press("c")
+    page.evaluate("player.draw()")
+    assert "route" in page.inner_text("#legend")
+    assert "team's colour" in page.inner_text("#legend")
+    assert page.evaluate("""() => [...document.querySelectorAll("#legend canvas")].every((sign) =>
+        sign.getContext("2d").getImageData(0, 0, sign.width, sign.height).data.some((x) => x))""")
+    assert page.inner_text("#legend-button") == "Hide legend"
+    page.keyboard.press("k")
+    assert not page.is_visible("#legend")
+    assert page.inner_text("#legend-button") == "Show legend"
+
+
+def test_a_saved_picture_has_legend_and_scale(file, watched, tmp_path):
+    page = watched().open(f"{file.as_uri()}#t=40&view=map&theme=light")
+    with page.expect_download() as saved:
+        page.click("#png")
+    saved.value.save_as(tmp_path / "view.png")
+    with Image.open(tmp_path / "view.png") as picture:
+        pixels = np.asarray(picture.convert("RGB"))
+    width, height = page.evaluate("[player.maps[0].sheet.width, player.maps[0].sheet.height]")
+    assert pixels.shape[1] == width
+    assert pixels.shape[0] > height + 60
+    below = pixels[height + 30 :].reshape(-1, 3)
+    for colour in (LIGHT.explore, LIGHT.frontier, LIGHT.unknown, LIGHT.destination):
+        assert (below == rgb(colour)).all(axis=1).any(), colour
+
+
+def test_the_map_follows_the_theme(file, watched):
+    page = watched().open(f"{file.as_uri()}#t=40&view=map")
+    corner = """() => {
+        player.draw();
+        const { canvas } = player.maps[0].sheet;
+        const pixel = canvas.getContext("2d").getImageData(canvas.width / 2, 3, 1, 1).data;
+        return [...pixel].slice(0, 3);
+    }"""
+    for theme, palette in (("dark", DARK), ("light", LIGHT)):
+        page.evaluate(f"player.setTheme('{theme}')")
+        assert tuple(page.evaluate(corner)) == rgb(palette.unknown)
+        background = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert background == f"rgb{rgb(palette.background)}"
+
+
+def test_button_labels_name_actions(file, watched):
+    page = watched().open(f"{file.as_uri()}#t=40")
+    verbs = ("Show ", "Hide ", "Zoom ", "Colour ", "Follow ", "Stop ", "Save ", "Use ", "Enlarge",
+             "Shrink", "Go ", "Close ", "Play", "Pause", "Step ")  # fmt: skip
+    for key in ("", "n", "f", "c", "z", "t", "k", "d", "Space"):
+        if key:
+            page.keyboard.press(key)
+            page.evaluate("player.draw()")
+        names = page.evaluate("""() => [...document.querySelectorAll("button:not(.decision)")].map(
+            (button) => button.getAttribute("aria-label") ?? button.textContent)""")
+        assert len(names) > 12
+        assert [name for name in names if not name.startswith(verbs)] == []
+
+
+def test_the_tab_key_reaches_everything_and_the_list_once(file, watched):
+    page = watched().open(f"{file.as_uri()}#t=60")
+    where = """() => {
+        const { id, className, tagName } = document.activeElement;
+        return id || className || tagName;
+    }"""
+    order = []
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        order.append(page.evaluate(where))
+        if order[-1] == "speed":
+            break
+    assert order[-1] == "speed"
+    assert order.count("decision") == 1
+    for one, later in zip(
+        ("fit", "legend-button", "help", "pick", "enlarge", "decision", "back", "play", "scrub"),
+        ("legend-button", "help", "pick", "enlarge", "decision", "back", "play", "scrub", "speed"),
+        strict=True,
+    ):
+        assert order.index(one) < order.index(later)
+    page.focus(".decision[tabindex='0']")
+    first = page.evaluate("document.activeElement.textContent")
+    page.keyboard.press("ArrowDown")
+    second = page.evaluate("document.activeElement.textContent")
+    assert first != second
+    page.keyboard.press("Enter")  # It opens, and the focus stays.
+    assert page.evaluate("document.activeElement.getAttribute('aria-expanded')") == "true"
+    page.keyboard.press("ArrowUp")
+    assert page.evaluate("document.activeElement.textContent") == first
+
+
+def test_a_long_prompt_and_answer_are_read_beside_the_map(run, watched, tmp_path):
+    prompt, answer = "p" * 5000 + " end of prompt", "\n".join(f"line {k}" for k in range(700))
+    row = run.decisions.row(0, named=True) | {"step": 10, "reason": "because"}
+    row["details"] = json.dumps({"attempts": [{"prompt": prompt, "answer": answer}]})
+    changed = Run.open(run.path)
+    changed._frames["decisions"] = pl.DataFrame([row], schema=run.decisions.schema)
+    file = tmp_path / "long.html"
+    file.write_bytes(one_file("long", [player_data(changed)]))
+    page = watched(width=1280, height=720).open(f"{file.as_uri()}#t=50&view=map")
+    page.click(".decision")
+    page.click("#enlarge")
+    asked, answered = page.locator(".exchange pre").all()
+    assert asked.inner_text().endswith("end of prompt")
+    assert answered.inner_text().endswith("line 699")
+    one, other = asked.bounding_box(), answered.bounding_box()
+    assert one["y"] == other["y"]
+    assert one["x"] + one["width"] <= other["x"]
+    panel, chart = (page.locator(name).bounding_box() for name in ("#panel", "#maps"))
+    assert panel["width"] > 600
+    assert chart["width"] > 400
+    assert chart["x"] + chart["width"] <= panel["x"]
+    assert one["height"] > 250
+    page.keyboard.press("Escape")
+    assert page.inner_text("#enlarge") == "Enlarge"

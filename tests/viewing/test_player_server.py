@@ -1,13 +1,18 @@
-"""The server answers its own page, and nobody else."""
+"""The server answers its own page only."""
 
 from __future__ import annotations
 
 import http.client
 import json
+import socket
+import time
 
 import pytest
+from conftest import HANG_S
 
+from swarmscout.cli.serving import open_page
 from swarmscout.core.errors import ViewError
+from swarmscout.viewing.player import server as serving
 from swarmscout.viewing.player.page import PAGE_FILES
 from swarmscout.viewing.player.server import PlayerServer, Recorded
 
@@ -20,7 +25,7 @@ def server():
 
 def ask(server, path, method="GET", **headers):
     address = server.url.removeprefix("http://").rstrip("/")
-    connection = http.client.HTTPConnection(address, timeout=5)
+    connection = http.client.HTTPConnection(address, timeout=HANG_S)
     connection.request(
         method, path, headers={name.replace("_", "-"): v for name, v in headers.items()}
     )
@@ -96,3 +101,37 @@ def test_a_port_that_is_taken_is_one_clear_line(server):
         PlayerServer([], port=70000)
     with pytest.raises(ViewError, match=r"cannot listen on 203\.0\.113\.1"):
         PlayerServer([], host="203.0.113.1", port=0)
+
+
+@pytest.mark.parametrize("drip", [b"G", b"GET / HTTP/1.1\r\nHost: localhost\r\nX: "])
+def test_a_connection_that_drips_is_dropped(monkeypatch, server, drip):
+    monkeypatch.setattr(serving._Handler, "timeout", 1.0)
+    port = int(server.url.rstrip("/").rpartition(":")[2])
+    began = time.monotonic()
+    with socket.create_connection(("127.0.0.1", port)) as slow:
+        slow.sendall(drip)
+        while time.monotonic() - began < HANG_S:  # Each byte comes well before the limit.
+            try:
+                slow.sendall(b"x")
+            except OSError:
+                break
+            time.sleep(0.1)
+        else:
+            pytest.fail("it was never dropped")
+    assert ask(server, "/")[0].status == 200
+
+
+def test_it_says_what_an_address_opens(server, capsys):
+    assert server.opened is None
+    open_page(server, browser=False)
+    assert capsys.readouterr().err == ""
+    with PlayerServer([Recorded(b"some data")], host="0.0.0.0", port=0) as wide:
+        assert wide.url.startswith("http://127.0.0.1:")  # An address that a browser can open.
+        assert ask(wide, "/")[0].status == 200
+        assert ask(wide, "/", Host=f"{socket.gethostname()}:80")[0].status == 200
+        assert ask(wide, "/", Host="evil.example")[0].status == 403
+        open_page(wide, browser=False)
+    output = capsys.readouterr()
+    assert wide.url in output.out
+    for word in ("open to the network", "no password", "no encryption", socket.gethostname()):
+        assert word in output.err

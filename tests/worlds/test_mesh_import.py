@@ -208,9 +208,9 @@ def test_holes_doubled_faces_and_numbers_that_are_none_do_no_harm(made):
     broken = np.array([[0, 1, len(vertices) - 1], [2, 5, len(vertices) - 2], [7, 7, 3]])
     world, report = made((vertices, np.concatenate((kept, twice, broken))))
     assert report.cleaned["doubled"] >= len(twice)
-    assert report.cleaned["with a corner that is no number"] == 2
+    assert report.cleaned["with a corner that is not finite"] == 2
     assert report.cleaned["without an area"] >= 1
-    assert any("2 with a corner that is no number" in line for line in report.lines())
+    assert any("2 with a corner that is not finite" in line for line in report.lines())
     assert 75.0 < report.free_m2 <= 96.01
     assert np.isfinite(world.mesh.vertices_m).all()
 
@@ -257,8 +257,8 @@ def test_y_up_is_seen_by_the_surfaces_and_can_be_said(made):
         assert world.source["up"] == "y"
         np.testing.assert_array_equal(world.free, upright.free)
         assert world.origin_m == upright.origin_m
-    assert "as asked" in report.decisions["up axis"]
-    one_line("up = 'x': expected 'z' or 'y'", made, turned, up="x")
+    assert "as given" in report.decisions["up axis"]
+    one_line("up = 'w': expected 'z', 'y' or 'x'", made, turned, up="w")
 
 
 def test_far_coordinates_are_shifted_and_it_is_said(tmp_path):
@@ -340,7 +340,7 @@ def test_meshes_without_a_floor(made):
     one_line("nothing to explore", made, walls([(0, 0), (0, 0.1)], 0, 5), up="z")
     one_line("no floor of the mesh lies under a ceiling", made, sheet(0, 9, 0, 9), roof=True)
     one_line("no robot of 0.3 m fits", made, sheet(0, 10, 0, 0.2), up="z")
-    one_line("no triangle of any use: of 1 triangles 1 have", made,
+    one_line("no usable triangle: of 1 triangles 1 have", made,
              ([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))  # fmt: skip
     one_line("and 1 have no area", made, ([[0, 0, 0], [1, 1, 1], [2, 2, 2]], [[0, 1, 2]]))
     one_line("step_height_m = 0.4: expected", made, room(), step_height_m=0.4)

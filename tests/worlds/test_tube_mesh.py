@@ -20,7 +20,7 @@ from scipy.spatial import Delaunay
 
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds import TubeParameters, World, generate_tube, load_world, tube_mesh
-from swarmscout.worlds.meshes import surfacing
+from swarmscout.worlds.meshes import files, surfacing
 from swarmscout.worlds.meshes import tube_mesh as tube_mesh_module
 from swarmscout.worlds.meshes.mesh import Mesh
 
@@ -265,6 +265,9 @@ def test_a_mesh_that_nobody_can_use_is_refused(monkeypatch):
 
 
 def test_without_the_extra_it_says_how_to_get_it(monkeypatch):
-    monkeypatch.setattr(tube_mesh_module, "find_spec", lambda package: None)
+    monkeypatch.setattr(files, "find_spec", lambda package: None)
+    with pytest.raises(WorldError, match=r"pip install -e '\.\[mesh\]'"):  # In a clone.
+        tube_mesh(SMALL)
+    monkeypatch.setattr(files, "__file__", "/packages/swarmscout/worlds/meshes/files.py")
     with pytest.raises(WorldError, match=r"pip install 'swarmscout\[mesh\]'"):
         tube_mesh(SMALL)

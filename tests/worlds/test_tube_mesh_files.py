@@ -12,7 +12,7 @@ from PIL import Image
 from swarmscout.core.errors import ViewError, WorldError
 from swarmscout.viewing.mesh_picture import mesh_picture
 from swarmscout.worlds import Mesh, TubeParameters, load_world, tube_mesh, write_mesh
-from swarmscout.worlds.meshes import writing
+from swarmscout.worlds.meshes import files, writing
 
 TINY = TubeParameters(size_m=32.0, length_m=25.0, width_m=5.0, braids=0, branches=0, piles=3)
 WORDS = (
@@ -45,7 +45,7 @@ def test_other_programs_read_the_same_closed_mesh(tiny, tmp_path, suffix):
 def test_what_cannot_be_written_is_said_before_the_work(tiny, tmp_path):
     (tmp_path / "there.ply").write_text("mine")
     for name, says in (
-        ("there.ply", "is there already"),
+        ("there.ply", "there.ply' exists"),
         ("cave.max", "unknown kind of file '.max': known are .ply, .obj"),
         ("cave", "unknown kind of file ''"),
         ("missing/cave.ply", "there is no folder"),
@@ -75,8 +75,8 @@ def test_a_full_disk_leaves_no_half_a_file(tiny, tmp_path, monkeypatch):
 
 
 def test_without_the_extra_it_says_how_to_get_it(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr(writing, "find_spec", lambda package: None)
-    with pytest.raises(WorldError, match=r"pip install 'swarmscout\[mesh\]'"):
+    monkeypatch.setattr(files, "find_spec", lambda package: None)
+    with pytest.raises(WorldError, match=r"pip install -e '\.\[mesh\]'"):
         write_mesh(tiny, tmp_path / "cave.ply")
 
 
@@ -109,9 +109,9 @@ def test_the_world_beside_a_mesh_is_the_world_without_one(command, tmp_path):
         (("--skylights", "2"), "--skylights has no meaning without --mesh"),
         (("--mesh-resolution", "0.2"), "--mesh-resolution has no meaning without --mesh"),
         (("--mesh", "cave.txt"), "unknown kind of file '.txt'"),
-        (("--mesh", "there.ply"), "'there.ply' is there already"),
+        (("--mesh", "there.ply"), "'there.ply' exists"),
         (("--mesh", "cave.ply", "--mesh-resolution", "9"), "expected 0.05 to 0.5"),
-        (("--mesh", "cave.ply", "--out", "."), "'.' is there already"),
+        (("--mesh", "cave.ply", "--out", "."), "'.' exists and is not empty"),
     ],
 )
 def test_generate_refuses_before_the_work(command, tmp_path, words, says):

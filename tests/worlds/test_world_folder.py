@@ -101,7 +101,7 @@ def test_a_mesh_is_checked_and_does_not_change():
         Mesh(vertices, [[0, 1, 3]])
     with pytest.raises(WorldError, match=r"shape \[3, 2\]"):
         Mesh(vertices[:, :2], [[0, 1, 2]])
-    with pytest.raises(WorldError, match="no finite number"):
+    with pytest.raises(WorldError, match="not a finite number"):
         Mesh(vertices * np.nan, [[0, 1, 2]])
 
 
@@ -133,7 +133,7 @@ def test_missing_and_cut_files(tmp_path, world, name):
         load_folder(tmp_path)
     assert "\n" not in str(caught.value)
     file.unlink()
-    with pytest.raises(WorldError, match=r"damaged|no world folder"):
+    with pytest.raises(WorldError, match=r"damaged|not a world folder"):
         load_folder(tmp_path)
 
 
@@ -171,5 +171,5 @@ def test_edited_facts(tmp_path, world, old, new):
 
 
 def test_no_world_at_all(tmp_path):
-    with pytest.raises(WorldError, match="no world folder"):
+    with pytest.raises(WorldError, match="not a world folder"):
         load_world(tmp_path)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import time
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
+from scipy import ndimage
 
 from swarmscout.core.errors import WorldError
-from swarmscout.worlds import load_world, world_from_array, world_from_ascii
+from swarmscout.worlds import load_world, save_world, world_from_array, world_from_ascii
 from swarmscout.worlds.resampling import refined, resampled
 from swarmscout.worlds.world import World
 
@@ -62,8 +65,85 @@ def test_nav2_scale_and_transparency(tmp_path):
 
 
 def test_nav2_raw(tmp_path):
-    world = load_world(nav2(tmp_path, [[0, 24, 25, 100, 101, 255]], mode="raw", negate=1))
+    # As nav2 since 2024: the threshold itself is free.
+    world = load_world(nav2(tmp_path, [[0, 25, 26, 100, 101, 255]], mode="raw", negate=1))
     np.testing.assert_array_equal(world.free, [[1, 1, 0, 0, 0, 0]])
+    world = load_world(nav2(tmp_path, [[0, 1, 2]], mode="raw", free_thresh=0))
+    np.testing.assert_array_equal(world.free, [[1, 0, 0]])
+
+
+@pytest.mark.parametrize("mode", ["Trinary", "TRINARY", "Scale", "sCALE", "'scale'"])
+def test_nav2_modes_in_any_case_and_a_threshold_of_zero(tmp_path, mode):
+    world = load_world(nav2(tmp_path, [[255, 254, 0]], mode=mode, free_thresh=0, occupied_thresh=1))
+    np.testing.assert_array_equal(world.free, [[1, 0, 0]])
+    world = load_world(nav2(tmp_path, [[255, 254, 0]], mode=mode, free_thresh="0.0", negate="True"))
+    np.testing.assert_array_equal(world.free, [[0, 0, 1]])
+
+
+@pytest.mark.parametrize(
+    "written",
+    ["0.05", "5e-2", "+.05", "0.05 # metres", "'0.05'", "5.0E-02", "\t0.05\t# h\xf6he", "0050e-3"],
+)
+def test_nav2_numbers_in_any_form(tmp_path, written):
+    file = nav2(tmp_path, [[254, 0]], resolution=written)
+    file.write_bytes(file.read_text().encode("latin-1"))
+    assert load_world(file).resolution_m == 0.05
+    nav2(tmp_path, [[254, 0]], origin=f"[-{written.split('#')[0].strip()}, 1, 0]")
+    if written[0] not in "+'":
+        assert load_world(file).origin_m[1] == 1.0
+
+
+PLAN = [[0, 0, 0, 0], [0, 254, 254, 0], [0, 254, 0, 0]]
+
+
+@pytest.mark.parametrize("turn", range(-4, 9))
+def test_nav2_quarter_turns_are_exact(tmp_path, turn):
+    for error in (0.0, 1e-17, -1e-9, 1e-3):
+        yaw = turn * np.pi / 2 + error
+        file = nav2(tmp_path, PLAN, origin=f"[1.0, 2.0, {yaw!r}]", resolution=0.1)
+        world = load_world(file)
+        assert "notes" not in world.source
+        assert world.free.sum() == 3
+        # The centres of the free pixels, turned about the origin.
+        along = np.array([[0.15, 0.05], [0.15, 0.15], [0.25, 0.15]])
+        cos, sin = np.round(np.cos(turn * np.pi / 2)), np.round(np.sin(turn * np.pi / 2))
+        centres = along @ np.array([[cos, sin], [-sin, cos]]) + (1.0, 2.0)
+        for x, y in centres:
+            assert world.free[world.frame.cell_of(x, y)]
+
+
+def test_nav2_any_turn_is_resampled_and_never_freer(tmp_path):
+    pixels = np.full((60, 80), 254)
+    pixels[30, :] = 0
+    yaw = 0.5
+    file = nav2(tmp_path, pixels, origin=f"[-1.0, 2.0, {yaw}]", resolution=0.1)
+    world = load_world(file)
+    assert "turned by 28.65 degrees" in world.source["notes"]
+    free = np.argwhere(world.free)
+    x, y = (world.frame.centres_of(free) - (-1.0, 2.0)).T
+    u, v = x * np.cos(yaw) + y * np.sin(yaw), y * np.cos(yaw) - x * np.sin(yaw)
+    assert 0.0 < u.min() < u.max() < 8.0
+    assert 0.0 < v.min() < v.max() < 6.0
+    assert ((v < 2.9) | (v > 3.0)).all()
+    assert world.free.sum() * 0.01 == pytest.approx(8 * 5.9, rel=0.1)
+    _, count = ndimage.label(world.free)
+    assert count == 2
+
+
+def test_yaml_that_would_fill_the_memory(tmp_path):
+    # 427 bytes that name 10^9 texts.
+    text = "a: &a [x,x,x,x,x,x,x,x,x,x]\n"
+    for number in range(8):
+        ten = ",".join(["*" + chr(97 + number)] * 10)
+        text += f"{chr(98 + number)}: &{chr(98 + number)} [{ten}]\n"
+    file = nav2(tmp_path, [[254]])
+    good = file.read_text()
+    file.write_text(text + good)
+    assert load_world(file).free.sum() == 1
+    file.write_text(text + good.replace("image: map.pgm", "image: *i"))
+    one_line("image = something nested", file)
+    file.write_text(good + "# " + "x" * 200_000)
+    one_line("bytes: no nav2 map is so large", file)
 
 
 def test_nav2_at_another_resolution(tmp_path):
@@ -83,21 +163,29 @@ def test_nav2_at_another_resolution(tmp_path):
         ({"image": None}, "key 'image' is missing"),
         ({"free_thresh": None}, "key 'free_thresh' is missing"),
         ({"free_thresh": None, "free_tresh": 0.2}, "did you mean 'free_tresh'"),
-        ({"origin": "[0, 0, 0.3]"}, "yaw = 0.3 rad, only 0 is supported"),
+        ({"origin": "[0, 0, .inf]"}, "origin = "),
+        ({"origin": "[0, 0, 0, 0]"}, "origin = "),
+        ({"origin": "[[0, 0], 0]"}, "origin = something nested"),
         ({"origin": "[0, a, 0]"}, "origin = "),
-        ({"origin": 3}, "origin = 3"),
+        ({"origin": 3}, "origin = '3'"),
         ({"resolution": 0}, "resolution = 0.0: expected metres above 0"),
+        ({"free_thresh": 0}, "no pixel of 'map.pgm' is free"),
         ({"resolution": -0.1}, "resolution = -0.1"),
-        ({"resolution": ".nan"}, "resolution = nan"),
+        ({"resolution": ".nan"}, "resolution = '.nan'"),
         ({"resolution": "fine"}, "resolution = 'fine'"),
         ({"image": "other.pgm"}, "does not exist"),
-        ({"image": 7}, "image = 7"),
+        ({"image": "[a, b]"}, "image = '[a, b]'"),
+        ({"negate": "[0]"}, "negate = '[0]'"),
+        ({"resolution": "9" * 5000}, "resolution = '9999"),
+        ({"resolution": "1_000"}, "resolution = '1_000'"),
+        ({"resolution": "1:30"}, "resolution = '1:30'"),
+        ({"resolution": "0.05\nresolution: 0.1"}, "'resolution' is there twice"),
         ({"mode": "trinry"}, "did you mean 'trinary'"),
-        ({"negate": 2}, "negate = 2"),
+        ({"negate": 2}, "negate = '2'"),
         ({"free_thresh": 0.7}, "free_thresh = 0.7, occupied_thresh = 0.65"),
-        ({"free_thresh": 0}, "no pixel of 'map.pgm' is free"),
+        ({"free_thresh": -0.1}, "free_thresh = -0.1"),
         ({"resolution": 100.0}, "too large"),
-        ({"image": "[a, b"}, "is no YAML"),
+        ({"image": "[a, b"}, "is not YAML"),
     ],
 )
 def test_broken_nav2(tmp_path, keys, says):
@@ -123,11 +211,11 @@ def one_line(says: str, *what: object, **options: object) -> None:
 def test_broken_yaml_files(tmp_path):
     file = tmp_path / "map.yaml"
     file.write_bytes(b"\xff\xfe\x00\x01")
-    one_line("is no nav2 map", file)
+    one_line("is not a nav2 map", file)
     file.write_bytes(b"image: \x00")
-    one_line("is no YAML", file)
+    one_line("is not YAML", file)
     file.write_text("- 1\n- 2\n")
-    one_line("is no nav2 map", file)
+    one_line("is not a nav2 map", file)
     one_line("does not exist", tmp_path / "none.yaml")
 
 
@@ -140,8 +228,11 @@ def test_numbers_that_yaml_takes_for_texts_and_a_byte_order_mark(tmp_path):
     assert (world.resolution_m, world.origin_m) == (0.05, (1.0, -2.0))
     file.write_text(text.replace("5e-2", "1e-9"))
     one_line("cells that small are not supported", file)
-    file.write_text("[" * 5000)
-    one_line("is no YAML: too many nested brackets", file)
+    for text in ("[" * 5000, "image: " + "{" * 90_000, "- " * 40_000):
+        file.write_text(text)
+        began = time.process_time()
+        one_line("is not YAML: too many nested brackets", file)
+        assert time.process_time() - began < 1.0
 
 
 def test_things_that_are_no_worlds(tmp_path):
@@ -271,6 +362,106 @@ def test_arrays_on_disk(tmp_path):
     assert huge != packed
     file.write_bytes(huge)
     one_line("cannot read the array", file)
+
+
+def test_values_of_arrays_that_are_free(tmp_path):
+    file = tmp_path / "a.npy"
+    np.save(file, np.array([[0, 1], [1, 0]]))
+    np.testing.assert_array_equal(load_world(file, free="0").free, [[1, 0], [0, 1]])
+    np.testing.assert_array_equal(load_world(file, occupied="1").free, [[1, 0], [0, 1]])
+    np.save(file, np.array([[0, 49, 50], [-1, 100, 30]], dtype=np.int8))
+    one_line("from -1 to 100, expected 1 where free", file)
+    np.testing.assert_array_equal(load_world(file, free="0..49").free, [[1, 1, 0], [0, 0, 1]])
+    both = load_world(file, free="-1..49", occupied="-1, 30").free
+    np.testing.assert_array_equal(both, [[1, 1, 0], [0, 0, 0]])
+    np.save(file, np.array([[0.0, 0.2], [np.nan, 1.0]]))
+    np.testing.assert_array_equal(load_world(file, free="0..0.5").free, [[1, 1], [0, 0]])
+    np.testing.assert_array_equal(load_world(file, occupied="1.0").free, [[1, 1], [0, 0]])
+    for text in ("", "a", "1..", "5..1", "1;2", "9" * 5000, "1e9999"):
+        one_line("free = '", file, free=text)
+    one_line("nothing is free: the values go from 0 to 1", file, free="7")
+    one_line("has no meaning for a generated world", "lava-tube", free="0")
+    one_line("has no meaning for a nav2 map", nav2(tmp_path, [[254]]), free="0")
+
+
+def test_values_of_images_that_are_free(tmp_path):
+    file = tmp_path / "m.tif"
+    levels = np.array([[0, 100, 30], [100, 0, 60]], dtype=np.float32)
+    Image.fromarray(levels).save(file)
+    one_line("holds values from 0 to 100, expected brightness from 0 to 1", file)
+    np.testing.assert_array_equal(load_world(file, free="0..49").free, [[0, 1, 0], [1, 0, 1]])
+    for bad in (np.float32(np.nan), np.float32(-0.1)):
+        Image.fromarray(np.array([[0.5, bad]], dtype=np.float32)).save(file)
+        one_line("expected brightness from 0 to 1", file)
+    Image.fromarray(np.array([[0.0, 1.0]], dtype=np.float32)).save(file)
+    np.testing.assert_array_equal(load_world(file).free, [[0, 1]])
+    Image.fromarray(np.array([[0, 70000]], dtype=np.int32)).save(file)
+    one_line("from 0 to 70000, expected brightness from 0 to 65535", file)
+    pages = [Image.new("L", (3, 3), 255), Image.new("L", (3, 3), 0)]
+    pages[0].save(file, save_all=True, append_images=pages[1:])
+    one_line("has 2 pages", file)
+    grey = tmp_path / "dark.png"
+    Image.fromarray(np.array([[0, 255]], dtype=np.uint8)).save(grey)
+    np.testing.assert_array_equal(load_world(grey, free="0").free, [[1, 0]])
+
+
+def test_a_picture_is_turned_as_viewers_show_it(tmp_path):
+    image = Image.fromarray(np.array([[255, 0], [255, 0], [255, 255]], dtype=np.uint8))
+    exif = Image.Exif()
+    exif[0x0112] = 6  # Shown turned by 90 degrees clockwise.
+    image.save(tmp_path / "photo.png", exif=exif)
+    shown = np.rot90(np.array([[1, 0], [1, 0], [1, 1]]), -1)
+    np.testing.assert_array_equal(load_world(tmp_path / "photo.png").free, np.flipud(shown))
+
+
+def test_the_grey_of_map_savers_is_unknown_without_a_yaml_file_too(tmp_path):
+    pixels = np.full((20, 30), 205)
+    pixels[5:15, 5:25] = 254
+    pixels[5, 5:25] = 0
+    for name in ("map.pgm", "map.png"):
+        Image.fromarray(pixels.astype(np.uint8)).save(tmp_path / name)
+        world = load_world(tmp_path / name)
+        assert world.free.sum() == 9 * 20
+        assert "grey 205" in world.source["notes"]
+        assert load_world(tmp_path / name, free="205..255").free.sum() == 600 - 20
+    # Of a picture with all greys it is one of many.
+    ramp = np.tile(np.arange(256, dtype=np.uint8), (10, 1))
+    Image.fromarray(ramp).save(tmp_path / "ramp.png")
+    world = load_world(tmp_path / "ramp.png")
+    assert world.free.sum() == 10 * (256 - 153)
+    assert "notes" not in world.source
+    (tmp_path / "map.yml").write_text("image: map.pgm")
+    assert "'map.yml' beside it" in load_world(tmp_path / "map.pgm").source["notes"]
+
+
+def test_numbers_of_thousands_of_digits(tmp_path):
+    digits = "9" * 5000
+    file = tmp_path / "a.map"
+    file.write_text(OCTILE.replace("height 2", f"height {digits}"))
+    one_line("expected 'height NUMBER'", file)
+    (tmp_path / "w").mkdir()
+    for text in (f"format = {digits}", "format = " + "[" * 5000, f"format = {digits[:4000]}"):
+        (tmp_path / "w" / "world.toml").write_text(text)
+        one_line("world.toml'", tmp_path / "w")
+    save_world(world_from_array(np.ones((9, 9), dtype=bool)), tmp_path / "v")
+    text = (tmp_path / "v" / "world.toml").read_text()
+    for key in ("rows = 9", "resolution_m = 0.1"):
+        (tmp_path / "v" / "world.toml").write_text(text.replace(key, f"{key[:-1]}{digits[:4000]}"))
+        one_line("", tmp_path / "v")
+
+
+def test_pipes_and_devices_are_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "f.npy")
+    one_line("neither a file nor a folder", tmp_path / "f.npy")
+
+
+def test_paths_with_a_home_and_variables(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("MAPS", str(tmp_path))
+    nav2(tmp_path, [[254]])
+    for path in ("~/map.yaml", "$HOME/map.yaml", "${MAPS}/map.yaml"):
+        assert load_world(path).free.sum() == 1
+    one_line("known are .yaml, .yml, .map", nav2(tmp_path, [[254]]).rename(tmp_path / "a.cavev"))
 
 
 def test_ascii():

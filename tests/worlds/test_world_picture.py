@@ -40,7 +40,7 @@ def test_the_title_says_the_area():
 
 def test_what_cannot_be_drawn(tmp_path):
     world = world_from_ascii("S...")
-    with pytest.raises(WorldError, match="unknown form 'txt'"):
+    with pytest.raises(WorldError, match="unknown format 'txt'"):
         world_picture(world, tmp_path / "w.txt")
     (tmp_path / "f").write_text("")
     with pytest.raises(WorldError, match="cannot write"):

@@ -1,4 +1,4 @@
-"""``explore --view``: the page beside a mission that runs."""
+"""``explore --view``: the page of a running mission."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ __all__ = ["Watching", "watching"]
 
 
 class Watching:
-    """A mission's page.
+    """A running mission's page.
 
     Attributes:
-        live: the recorder to hand to the mission.
+        live: the recorder that the mission needs.
     """
 
     def __init__(self, live: LiveMission, server: PlayerServer, pace: float | None) -> None:
@@ -33,7 +33,7 @@ class Watching:
             time.sleep(self._due - now)
 
     def close_unless_over(self) -> None:
-        """Close the page of a mission that was broken off."""
+        """Close the page if the mission was stopped."""
         if self.live.ending() is None:
             self.live.broken_off()
             self._server.stop()
@@ -51,10 +51,10 @@ class Watching:
 def watching(
     name: str, *, host: str, port: int | None, browser: bool, pace: float | None
 ) -> Watching:
-    """Open a page for a mission that is about to begin.
+    """Open a page for a mission before its first step.
 
     Raises:
-        ViewError: the address cannot be bound, or the pace is impossible.
+        ViewError: the address cannot be bound, or the pace is not positive.
     """
     from swarmscout.cli.serving import open_page
     from swarmscout.core.errors import ViewError
@@ -62,7 +62,7 @@ def watching(
     from swarmscout.viewing.player.server import PlayerServer
 
     if pace is not None and not pace > 0:
-        raise ViewError(f"--pace {pace:g}: give steps per second, more than 0")
+        raise ViewError(f"--pace {pace:g}: steps per second must be more than 0")
     live = LiveMission(name)
     server = PlayerServer([live], host, port)
     server.start()

@@ -23,8 +23,9 @@ def world_of_mesh(
     roof: bool | None,
     resolution_m: float | None,
     step_height_m: float | None,
+    ground_m: float | str | None,
 ) -> World:
-    """Import a mesh, show how it goes on, and print the report."""
+    """Import a mesh with a progress display, and print the report."""
     from swarmscout.cli.compiling import uncompiled_kernels
     from swarmscout.robots.sensors.agreement import sensing_agreement
     from swarmscout.worlds.meshes.importing import import_mesh_with_report
@@ -34,7 +35,7 @@ def world_of_mesh(
     with stages() as show:
         world, report = import_mesh_with_report(
             file, up=up, scale=scale, start_m=start_m, roof=roof, resolution_m=resolution_m,
-            step_height_m=step_height_m, progress=show,
+            step_height_m=step_height_m, ground_m=ground_m, progress=show,
         )  # fmt: skip
     for line in report.lines():
         print(line)
@@ -48,10 +49,10 @@ def world_of_mesh(
 
 @contextmanager
 def stages() -> Iterator[Callable[[str, float], None]]:
-    """A bar for each stage of some work on a terminal; elsewhere a line when a stage begins.
+    """Show the stages of some work: a bar each on a terminal, elsewhere a line when one begins.
 
     Yields:
-        What is to be called with what is being done, and the share that is done of it, 0 to 1.
+        A function of the present stage and the share of it that is done, 0 to 1.
     """
     if sys.stdout.isatty():
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn

@@ -1,4 +1,4 @@
-"""A small live map over the progress bar, on terminals that have room and colours for it."""
+"""A small live map above the progress bar, on terminals with enough lines and true colour."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _REDRAW_STEPS = 5
 
 
 class ProgressWithMap(Progress):
-    """A progress bar that has the map above it."""
+    """A progress bar with the map above it."""
 
     _map: RenderableType | None = None
     _drawn = -_REDRAW_STEPS
 
     def show_map(self, mission: Mission) -> None:
-        """Draw the map anew if some steps have passed, and if there is room for it."""
+        """Draw the map again if some steps have passed and the terminal has room."""
         console = self.console
         width, height = console.size
         if height < _LEAST_LINES or width < _LEAST_COLUMNS or console.color_system != "truecolor":

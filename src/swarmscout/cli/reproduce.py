@@ -31,16 +31,16 @@ def reproduce(
 
     Args:
         name: a figure, or all.
-        out: where the pages go, a folder for each figure.
-        jobs: processes for the studies; by default as many as there are cores.
+        out: folder of the pages, with a folder for each figure.
+        jobs: processes for the studies; default: the number of cores.
         destinations: the selector in the place of the paper's language model; llm asks one.
-        llm: who answers it: openai, azure, embedded, or the address of a compatible server.
+        llm: the provider: openai, azure, embedded, or the address of a compatible server.
         llm_model: the model's name, or Azure's deployment.
         llm_cassette: a file that keeps requests and replies.
-        llm_mode: what the cassette is for, as for explore.
-        caves: how many of the ten caves of the figures that compare; 1 is the paper's own design,
-            for a language model that is slow or costs money.
-        quick: small counts, to see that everything works; titles say so.
+        llm_mode: how the cassette is used, as for explore.
+        caves: use the first caves only, of the ten of the comparing figures; 1 is the paper's own
+            design, for a language model that is slow or costs money.
+        quick: small counts, to check that everything works; titles say so.
     """
     from swarmscout.cli.compiling import say_if_compiling
     from swarmscout.cli.llm_options import llm_overrides
@@ -54,7 +54,7 @@ def reproduce(
     names = figures_named(name)
     if caves is not None and caves < 1:
         raise StudyError(f"--caves {caves}: at least 1")
-    asked = llm_overrides(llm, llm_model, llm_cassette and llm_cassette.resolve(), llm_mode)
+    keys = llm_overrides(llm, llm_model, llm_cassette and llm_cassette.resolve(), llm_mode)
     say_if_compiling()
 
     def run_study(study: Study) -> None:
@@ -63,7 +63,7 @@ def reproduce(
             raise StudyError(f"{failed} missions of '{study.declared.name}' failed")
 
     options = Options(
-        out=out, run_study=run_study, quick=quick, caves=caves, selector=destinations, llm=asked
+        out=out, run_study=run_study, quick=quick, caves=caves, selector=destinations, llm=keys
     )
     make(names, options, lambda figure, page: print(f"{figure}: {page}", flush=True))
     return 0

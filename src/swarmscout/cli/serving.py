@@ -1,4 +1,4 @@
-"""Serving a page until somebody has seen enough."""
+"""Serving a page until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -13,22 +13,24 @@ __all__ = ["open_page", "serve_until_interrupted"]
 
 
 def open_page(server: PlayerServer, *, browser: bool) -> None:
-    """Say where the page is, and open it."""
+    """Print the page's address, and open it."""
     print(f"page: {server.url} (Ctrl-C ends)", flush=True)
+    if server.opened is not None:
+        print(f"warning: {server.opened}", file=sys.stderr, flush=True)
     if browser:
         import webbrowser
 
-        # A browser may take its time to come up, or be missing: the mission does not wait.
+        # A browser may start slowly, or be missing: the mission does not wait.
         threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
 
 
 def serve_until_interrupted(server: PlayerServer, *, browser: bool) -> None:
-    """Open the page and answer until Ctrl-C, which is the usual way to end."""
+    """Open the page and serve it until Ctrl-C."""
     from swarmscout.cli.interrupts import Interrupted, interruptible
 
     open_page(server, browser=browser)
     try:
-        # Polars takes SIGINT for itself when it first reads a table: take it back.
+        # Polars replaces the SIGINT handler when it first reads a table.
         with interruptible():
             threading.Event().wait()
     except Interrupted:

@@ -21,12 +21,14 @@ def video(
 ) -> int:
     """Make a film of a mission: the cave, the map and the explored area.
 
+    MP4 is advised: it is sharper than a GIF and shows every step. A GIF shows every second frame.
+
     Args:
         run: a run's folder, of a finished mission or of a killed one.
-        out: the film: .mp4 (needs ffmpeg), or .webp or .gif.
+        out: the film: .mp4 (advised; needs ffmpeg), .webp or .gif.
         size: width and height in pixels.
         fps: frames per second.
-        every: a frame for every so many steps.
+        every: steps per frame.
     """
     from swarmscout.cli.counting import counting
     from swarmscout.core.errors import ViewError
@@ -35,7 +37,7 @@ def video(
 
     width, cross, height = size.lower().partition("x")
     if not (cross and width.isdecimal() and height.isdecimal()):
-        raise ViewError(f"size '{size}': write width x height, for example 1280x720")
+        raise ViewError(f"size '{size}': write WIDTHxHEIGHT, for example 1280x720")
     pixels = int(width), int(height)
     with counting("frames") as on_frame:
         file = make_video(Run.open(run), out, size=pixels, fps=fps, every=every, on_frame=on_frame)

@@ -30,14 +30,15 @@ def view(
 
     Args:
         run: a run's folder, of a finished mission or of a killed one.
-        other: another run's folder, to be shown beside it, in step.
+        other: another run's folder, to show beside it, in step.
         export: write the page and all its data into this one file instead of serving it.
-        own_maps: with --export, whose own maps the file holds where robots know different things;
-            by default all robots', of more than 100 robots none.
+        own_maps: with --export, the robots whose own maps the file holds, where robots know
+            different things; default: all robots, or none of more than 100.
         record_rrd: write the run as a recording for the Rerun viewer (extra rerun).
         rerun: open the run in the Rerun viewer instead (extra rerun).
-        host: the address to listen on; the default lets nobody in but this machine.
-        port: the port to listen on; by default 8642, or any free one if that is taken.
+        host: the address to listen on; the default admits this machine only, 0.0.0.0 opens the
+            page to the network, without a password.
+        port: the port to listen on; default: 8642, or any free one if that is taken.
         browser: open the page in the default browser.
     """
     from swarmscout.core.errors import ViewError
@@ -48,7 +49,7 @@ def view(
     if export is not None:
         return _export(runs, export, own_maps)
     if own_maps is not None:
-        raise ViewError("--own-maps belongs to --export: a page that is served has them all")
+        raise ViewError("--own-maps needs --export: a served page has all own maps")
     if record_rrd is not None or rerun:
         return _rerun(runs, record_rrd, show=rerun)
     from swarmscout.cli.serving import serve_until_interrupted
@@ -65,10 +66,10 @@ def _export(runs: list[Run], file: Path, own_maps: str | None) -> int:
     from swarmscout.viewing.player.export import export_page
 
     size = export_page(runs, file, own_maps).stat().st_size
-    print(f"page: {file} ({size / 1e6:.1f} MB; it needs nothing else, send it as it is)")
+    print(f"page: {file} ({size / 1e6:.1f} MB; complete in one file)")
     large = any(run.own_maps and run.scenario.robots > MOST_ROBOTS for run in runs)
     if large and own_maps is None:
-        print("robots' own maps are left out, for they are many: --own-maps 0,3,7 takes some")
+        print("robots' own maps are left out: --own-maps 0,3,7 includes some")
     return 0
 
 
@@ -79,7 +80,7 @@ def _rerun(runs: list[Run], file: Path | None, *, show: bool) -> int:
     from swarmscout.viewing.rerun_recording import record_rrd, show_rrd
 
     if len(runs) > 1:
-        raise ViewError("Rerun shows one run at a time: give one")
+        raise ViewError("Rerun shows one run at a time")
     with TemporaryDirectory() as folder:
         path = record_rrd(runs[0], Path(folder) / "mission.rrd" if file is None else file)
         if file is not None:

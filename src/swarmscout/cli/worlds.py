@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, Parameter
 
 from swarmscout.cli.numbers import WholeNumber
+from swarmscout.cli.world_report import draw, print_hints, report, with_inverted_hint
 
 if TYPE_CHECKING:
     from swarmscout.worlds.tube_parameters import TubeParameters
@@ -20,8 +21,13 @@ _MOST_ROBOTS = 100_000
 
 app = App(name="worlds", help="List, show, import and generate worlds.", help_format="plaintext")
 
-_Place = Annotated[str | None, Parameter(metavar="X,Y[,Z]")]
-_Points = Annotated[tuple[str, ...], Parameter(metavar="X,Y", negative=(), show_default=False)]
+_Place = Annotated[str | None, Parameter(metavar="X,Y[,Z]", allow_leading_hyphen=True)]
+_Points = Annotated[
+    tuple[str, ...],
+    Parameter(metavar="X,Y", negative=(), show_default=False, allow_leading_hyphen=True),
+]
+_Height = Annotated[float | None, Parameter(metavar="Z", allow_leading_hyphen=True)]
+_Values = Annotated[str | None, Parameter(metavar="VALUES", allow_leading_hyphen=True)]
 _Folder = Annotated[Path | None, Parameter(metavar="FOLDER")]
 _MeshFile = Annotated[Path | None, Parameter(metavar="MESH.ply")]
 _Picture = Annotated[Path | None, Parameter(metavar="PICTURE.png")]
@@ -29,10 +35,11 @@ _Picture = Annotated[Path | None, Parameter(metavar="PICTURE.png")]
 
 @app.command(name="list")
 def list_worlds() -> None:
-    """Worlds that come with the package."""
+    """Worlds that come with the package, and world readers of other packages."""
     from swarmscout.worlds.catalogue import named_worlds
+    from swarmscout.worlds.readers import READERS
 
-    lines = named_worlds()
+    lines = named_worlds() | READERS.names()
     for name, line in lines.items():
         print(f"{name:<{max(map(len, lines))}}  {line}")
 
@@ -45,29 +52,45 @@ def show(
     seed: WholeNumber | None = None,
     robots: WholeNumber = 15,
     metres_per_cell: float | None = None,
+    free: _Values = None,
+    occupied: _Values = None,
     resolution: float | None = None,
     out: _Picture = None,
 ) -> None:
     """Draw a world into a picture, and say how large it is.
 
     Args:
-        world: a named world, a map's file, or a world folder.
-        seed: which of all worlds of that name.
-        robots: for how many robots stations and starting places are shown.
+        world: a named world, a map file, a world folder, or a world reader (FILE.py:Name).
+        seed: which of the worlds of that name.
+        robots: the number of robots for which stations and starting places are shown.
         metres_per_cell: edge of a file's cell or pixel, in metres.
+        free: values of an image or array that are free, as 0, 0..49 or 0,205.
+        occupied: values of an image or array that are not free, in the same form.
         resolution: edge of a raster cell, in metres.
         out: the picture; by default one in the working directory that is named after the world.
     """
+    from swarmscout.core.errors import WorldError
     from swarmscout.worlds.catalogue import NAMED_TUBES, load_world
 
     _check_robots(robots)
-    loaded = load_world(world, seed=seed, cell_m=metres_per_cell, resolution_m=resolution)
+    loaded = load_world(
+        world, seed=seed, cell_m=metres_per_cell, resolution_m=resolution, free=free,
+        occupied=occupied,
+    )  # fmt: skip
+    out = _expanded(out)
     suffix = "" if seed is None else f"-{seed}"
     if world not in NAMED_TUBES:
-        suffix = "-world"  # Beside my_map.png or my_map.yaml there is an image that is the map.
+        suffix = "-world"  # my_map.png, or the image beside my_map.yaml, is the map itself.
         _spare(out, Path(world))
-    _report(loaded, robots)
-    _draw(loaded, robots, out or Path(f"{loaded.name}{suffix}.png"))
+    picture = out or Path(f"{loaded.name}{suffix}.png")
+    try:
+        report(loaded, robots)
+    except WorldError as error:
+        raise WorldError(with_inverted_hint(loaded, error)) from None
+    draw(loaded, robots, picture)
+    if world not in NAMED_TUBES:
+        inside = picture.with_name(f"{picture.stem}-inside{picture.suffix}")
+        print_hints(loaded, robots, inside, start_given=loaded.start_m is not None)
 
 
 @app.command
@@ -97,12 +120,12 @@ def generate(
     robots: WholeNumber = 15,
     out: _Folder = None,
 ) -> None:
-    """Generate a lava tube, and keep it in a folder with a picture.
+    """Generate a lava tube and write it into a folder with a picture.
 
     Args:
-        name: what to call it.
-        seed: which of all tubes with these parameters.
-        like: the named world whose parameters hold where no other is given.
+        name: the name of the world.
+        seed: which of the tubes with these parameters.
+        like: the named world whose parameters are the defaults.
         layout: a trunk with braids and branches, or a maze of small tubes.
         size: centre lines stay in a square with this side, in metres.
         length: length of the trunk, in metres.
@@ -117,12 +140,12 @@ def generate(
         piles: breakdown from the ceiling.
         roughness: how far walls stray from a smooth outline, in metres.
         resolution: edge of a raster cell, in metres.
-        mesh: a new file for the tube in 3D (.ply, .obj, .stl, .glb or .off), which the world's
-            folder keeps as well; none by default.
-        mesh_resolution: distance of the points that its surface is found on, in metres; 0.2.
+        mesh: a new file for the tube in 3D (.ply, .obj, .stl, .glb or .off), which is also kept in
+            the world folder; none by default.
+        mesh_resolution: grid spacing on which its surface is found, in metres; 0.2.
         skylights: holes in its roof.
-        robots: for how many robots it is checked and drawn.
-        out: a new folder; by default one in the working directory with the world's name.
+        robots: the number of robots for which it is checked and drawn.
+        out: a new folder; by default one in the working directory with the name of the world.
     """
     import dataclasses
 
@@ -131,7 +154,9 @@ def generate(
     from swarmscout.worlds.tube import generate_tube
 
     if like not in NAMED_TUBES:
-        raise WorldError(f"--like '{like}' is no named world: {did_you_mean(like, NAMED_TUBES)}")
+        near = did_you_mean(like, NAMED_TUBES)
+        raise WorldError(f"--like '{like}' is not a named world: {near}")
+    out, mesh = _expanded(out), _expanded(mesh)
     given: dict[str, Any] = {
         "layout": layout, "size_m": size, "length_m": length, "width_m": width,
         "narrowest_m": narrowest, "widest_m": widest, "winding": winding, "braids": braids,
@@ -157,9 +182,14 @@ def import_world(
     /,
     *,
     metres_per_cell: float | None = None,
-    up: Literal["z", "y"] | None = None,
+    free: _Values = None,
+    occupied: _Values = None,
+    seed: WholeNumber | None = None,
+    up: Literal["z", "y", "x"] | None = None,
     scale: float | None = None,
     roof: bool | None = None,
+    ground: _Height = None,
+    ground_plane: Annotated[bool, Parameter(negative=())] = False,
     step_height: float | None = None,
     resolution: float | None = None,
     start: _Place = None,
@@ -167,57 +197,72 @@ def import_world(
     robots: WholeNumber = 15,
     out: _Folder = None,
 ) -> None:
-    """Make a world of a map or a cave's mesh; report and picture.
+    """Import a map or a mesh as a world; print a report and draw a picture.
 
     Maps are nav2 YAML, MovingAI .map, images and .npy; meshes are OBJ, STL, PLY, GLB, glTF, DAE
     and OFF.
 
     Args:
-        file: the map or the mesh.
-        metres_per_cell: edge of a map's cell or pixel, in metres; nav2 maps say it themselves.
-        up: the mesh's axis that points up; by default guessed from its surfaces.
-        scale: metres per unit of the mesh, as 0.001; by default as its file says, or else 1.
+        file: the map, the mesh, or a world reader (FILE.py:Name or FILE.py:Name:DATA).
+        metres_per_cell: edge of a map's cell or pixel, in metres; nav2 maps name it themselves.
+        free: values of an image or array that are free, as 0, 0..49 or 0,205.
+        occupied: values of an image or array that are not free, in the same form.
+        seed: which of several worlds of a world reader.
+        up: the axis of the mesh that points up; by default guessed from its surfaces.
+        scale: metres per unit of the mesh, as 0.001; by default the unit that its file names, or 1.
         roof: only floor of the mesh under a ceiling counts, or any; by default found out.
-        step_height: most height between neighbouring cells of a mesh's floor; by default 0.15.
-        resolution: edge of a raster cell, in metres; by default a map's own, or at most 0.1.
+        ground: add level ground at this height under a mesh without a floor, in metres.
+        ground_plane: add level ground at the lowest point of a mesh without a floor.
+        step_height: largest height difference between neighbouring cells of a mesh's floor, in
+            metres; by default 0.15.
+        resolution: edge of a raster cell, in metres; by default the map's own, or at most 0.1.
         start: where missions start, in metres; by default a roomy place in the largest region.
         station: a charging station, in metres; may be repeated; by default near the start.
-        robots: for how many robots it is checked and drawn.
-        out: a new folder; by default one in the working directory with the map's name.
+        robots: the number of robots for which it is checked and drawn.
+        out: a new folder; by default one in the working directory with the name of the map.
     """
     from swarmscout.core.errors import WorldError
     from swarmscout.worlds.arrays import with_places
     from swarmscout.worlds.catalogue import load_world
     from swarmscout.worlds.meshes.files import MESH_SUFFIXES
 
-    is_mesh = Path(file).suffix.lower() in MESH_SUFFIXES
+    out, source = _expanded(out), Path(os.path.expandvars(file)).expanduser()
+    is_mesh = source.suffix.lower() in MESH_SUFFIXES and ".py:" not in file
     stations = [_point("--station", text) for text in station] or None
     if not is_mesh:
-        _refuse(f"'{file}' is no mesh", up=up, scale=scale, roof=roof, step_height=step_height)
+        _refuse(
+            f"'{file}' is not a mesh", up=up, scale=scale, roof=roof, ground=ground,
+            ground_plane=ground_plane or None, step_height=step_height,
+        )  # fmt: skip
         place = None if start is None else _point("--start", start)
         loaded = load_world(
-            Path(file), cell_m=metres_per_cell, resolution_m=resolution, start_m=place,
-            stations_m=stations,
+            file, seed=seed, cell_m=metres_per_cell, resolution_m=resolution, free=free,
+            occupied=occupied, start_m=place, stations_m=stations,
         )  # fmt: skip
-        _keep(loaded, robots, out)
+        folder = _keep(loaded, robots, out)
+        inside = folder / "inside.png"
+        print_hints(loaded, robots, inside, start_given=loaded.start_m is not None)
         return
     from swarmscout.cli.mesh_import import world_of_mesh
 
     _refuse(f"'{file}' is a mesh (use --scale)", metres_per_cell=metres_per_cell)
-    if not Path(file).exists():
-        raise WorldError(f"mesh '{file}' does not exist: looked for '{Path(file).absolute()}'")
+    _refuse(f"'{file}' is a mesh", free=free, occupied=occupied, seed=seed)
+    if ground_plane and ground is not None:
+        raise WorldError("--ground and --ground-plane exclude each other: give one of them")
+    if not source.exists():
+        raise WorldError(f"mesh '{file}' does not exist: looked for '{source.absolute()}'")
     _check_robots(robots)
-    _new_folder(out or Path(Path(file).stem))  # Before the work, not after it.
+    _new_folder(out or Path(source.stem))  # Before the work, not after it.
     world = world_of_mesh(
-        Path(file), up=up, scale=scale, roof=roof, resolution_m=resolution,
-        step_height_m=step_height,
+        source, up=up, scale=scale, roof=roof, resolution_m=resolution,
+        step_height_m=step_height, ground_m="lowest" if ground_plane else ground,
         start_m=None if start is None else _point("--start", start, most=3),
     )  # fmt: skip
     _keep(with_places(world, None, stations), robots, out, reported=True)
 
 
 def _refuse(what: str, **options: object) -> None:
-    """Complain about options that would have no effect."""
+    """Refuse options that would have no effect."""
     from swarmscout.core.errors import WorldError
 
     for name, value in options.items():
@@ -251,7 +296,7 @@ def _keep_with_mesh(
     out: Path | None,
     file: Path,
 ) -> None:
-    """Generate a tube with its mesh, and keep both; what is wrong is said before the work."""
+    """Generate a tube with its mesh and write both; impossible options are reported first."""
     import dataclasses
 
     from swarmscout.cli.counting import counting
@@ -279,56 +324,42 @@ def _new_folder(folder: Path) -> Path:
     from swarmscout.core.errors import WorldError
 
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise WorldError(f"'{folder}' is there already: choose another with --out FOLDER")
-    # Said before the work: what is there already of the way to it must be a folder to write into.
+        raise WorldError(f"'{folder}' exists and is not empty: choose another with --out FOLDER")
+    # Before the work: the part of the path that exists must be a folder to write into.
     there = next(home for home in (folder, *folder.absolute().parents) if home.exists())
     if not there.is_dir() or not os.access(there, os.W_OK):
-        raise WorldError(f"cannot make the folder '{folder}': '{there}' is no folder to write into")
+        raise WorldError(
+            f"cannot make the folder '{folder}': '{there}' is not a folder to write into"
+        )
     return folder
 
 
-def _keep(world: World, robots: int, out: Path | None, *, reported: bool = False) -> None:
-    """Check a world, write it into a new folder with a picture, and say so."""
+def _keep(world: World, robots: int, out: Path | None, *, reported: bool = False) -> Path:
+    """Check a world, write it into a new folder with a picture, and print where."""
     from swarmscout.core.errors import WorldError
     from swarmscout.worlds.checks import check_world
     from swarmscout.worlds.folder import save_world
 
     _check_robots(robots)
     folder = _new_folder(out or Path(world.name))
-    check_world(world, robots)
+    try:
+        check_world(world, robots)
+    except WorldError as error:
+        raise WorldError(with_inverted_hint(world, error)) from None
     if not reported:
-        _report(world, robots)
+        report(world, robots)
     try:
         save_world(world, folder)
     except OSError as error:
         raise WorldError(f"cannot write '{folder}': {error.strerror or error}") from None
     print(f"world: {folder}")
-    _draw(world, robots, folder / "world.png")
+    draw(world, robots, folder / "world.png")
+    return folder
 
 
-def _report(world: World, robots: int) -> None:
-    """Area, size, start and stations in a few lines."""
-    import numpy as np
-
-    from swarmscout.worlds.placement import place_stations
-    from swarmscout.worlds.reachability import reachable
-    from swarmscout.worlds.starts import start_of
-
-    left, right, bottom, top = world.extent
-    cell_m2 = world.resolution_m**2
-    free = float(np.count_nonzero(world.free)) * cell_m2
-    reached = float(np.count_nonzero(reachable(world))) * cell_m2
-    x, y = start_of(world)
-    count = len(place_stations(world, robots))
-    print(f"{world.name}: {right - left:.1f} m x {top - bottom:.1f} m at {world.resolution_m:g} m")
-    print(f"free: {free:,.1f} m², reachable from the start: {reached:,.1f} m²")
-    print(f"start: {x:.2f},{y:.2f} m; charging stations for {robots} robots: {count}")
-
-
-def _draw(world: World, robots: int, path: Path) -> None:
-    from swarmscout.viewing.world_picture import world_picture
-
-    print(f"picture: {world_picture(world, path, robots)}")
+def _expanded(path: Path | None) -> Path | None:
+    """A path with ``~`` and variables replaced, as a shell does in most places."""
+    return None if path is None else Path(os.path.expandvars(path)).expanduser()
 
 
 def _point(option: str, text: str, most: int = 2) -> tuple[float, ...]:

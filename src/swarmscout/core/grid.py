@@ -57,11 +57,10 @@ class GridFrame:
         return self.rows * self.columns
 
     @property
-    def record(self) -> np.void:
-        """GRID, for kernels."""
+    def record(self) -> NDArray[np.void]:
+        """GRID[1], for kernels."""
         values = self.origin_x_m, self.origin_y_m, self.cell_m, self.rows, self.columns
-        record: np.void = np.array([values], dtype=GRID)[0]
-        return record
+        return np.array([values], dtype=GRID)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:

@@ -1,8 +1,8 @@
-"""What a mission hands to whoever records it.
+"""The seam between a mission and what records it.
 
-A recorder is called once before the first step, once after each step, and once at the end. The
-arrays in a :class:`StepRecord` are the mission's own, read-only by contract and reused in the next
-step: copy what you keep. Its dictionaries and its decisions are new in each step.
+A recorder is called once before the first step, after each step, and once at the end. The arrays in
+a :class:`StepRecord` belong to the mission, which reuses them in the next step: do not write to
+them, and copy what you keep. Its dictionaries and its decisions are new in each step.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ class Decision:
         x_m: x of the chosen cell's centre (NaN without a cell).
         y_m: y of it.
         distance_m: straight distance from the team's position to it.
-        frontiers: how many frontier cells there were to choose from.
+        frontiers: number of frontier cells in view.
         frontier_neighbours: frontier cells among the chosen cell's 8 neighbours.
         obstacle_neighbours: occupied cells among them.
         reason: the selector's own words.
-        details: whatever else the selector wants on record (plain data for JSON).
-        attempts: what a language model was asked for it, and what became of it.
+        details: what else the selector wants on record (plain data for JSON).
+        attempts: the questions that a language model was asked for it, with their answers.
     """
 
     step: int
@@ -91,15 +91,15 @@ class MindsNow(Protocol):
 class StepRecord:
     """What happened in one step.
 
-    What is known of each robot is made when it is asked for: a recorder that keeps curves alone
-    does not pay for poses.
+    Properties are worked out when they are read, so a recorder of curves does not pay for poses.
+    Which of them a run keeps says :data:`swarmscout.recording.tables.TABLES`.
 
     Attributes:
         step: 1 for the first step; 0 is the state before it.
         bodies, minds: the mission's own, as they are after the step. Read the properties instead.
         capacity_steps: a full battery, in steps.
         action: int64[N], codes ``ACTIONS``: what each robot did in the step.
-        events: int64[k, 4] rows of (kind, robot, other, value), see ``core.codes``.
+        events: int64[k, 4] rows of (kind, robot, other, value), see ``core.enums``.
         map_cells: int64[m] flat map cells whose log-odds, as read, changed in the step (of the
             map that the swarm as a whole has).
         map_log_odds: int64[m] their log-odds, saturated, in 1/1000 nat.
@@ -129,6 +129,21 @@ class StepRecord:
     def pose(self) -> NDArray[np.float64]:
         """float64[N, 3]: true x_m, y_m, heading_rad after the step."""
         return self.bodies.pose
+
+    @property
+    def x_m(self) -> NDArray[np.float64]:
+        """float64[N]: x of each body's centre."""
+        return self.pose[:, 0]
+
+    @property
+    def y_m(self) -> NDArray[np.float64]:
+        """float64[N]: y of it."""
+        return self.pose[:, 1]
+
+    @property
+    def heading_rad(self) -> NDArray[np.float64]:
+        """float64[N]: headings, counter-clockwise from the x axis."""
+        return self.pose[:, 2]
 
     @property
     def charge(self) -> NDArray[np.float64]:

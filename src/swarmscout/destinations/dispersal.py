@@ -148,8 +148,9 @@ def fan_out(own, ear, heard, notices, marks, headings, rules, step):  # type: ig
         own: MIND[N], `target` is written; ear, heard, notices: see ``Knowledge``.
         marks: uint8[R, C'], which cells are candidates, see ``CheckedTask``.
         headings: float64[ticks, 2], ``heading_table()``.
-        rules: FAN; step: the current step.
+        rules: FAN[1]; step: the current step.
     """
+    rules = rules[0]
     robots = own.shape[0]
     reach_cells = int(rules.fan_m / rules.cell_m)
     disc = (2 * reach_cells + 1) ** 2

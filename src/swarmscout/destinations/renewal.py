@@ -60,8 +60,9 @@ def report_reached(own, notices, rules):  # type: ignore[no-untyped-def]
 
     Args:
         own: MIND[N]; notices: NOTICE[N], `reached` is written.
-        rules: RENEWAL.
+        rules: RENEWAL[1].
     """
+    rules = rules[0]
     for i in range(own.shape[0]):
         me = own[i]
         notices[i].reached = -1
@@ -114,11 +115,12 @@ def find_stale(own, ear, heard, notices, marks, routes, rules, step, events):  #
         own: MIND[N], written: cause, destination; ear, heard, notices: see ``Knowledge``.
         marks: uint8[R, C'], which cells are candidates, see ``CheckedTask``.
         routes: ROUTE[N], see ``RouteTable``.
-        rules: RENEWAL; step: the current step; events: see ``EventLog``.
+        rules: RENEWAL[1]; step: the current step; events: see ``EventLog``.
 
     Returns:
         How many leaders need a destination.
     """
+    rules = rules[0]
     asking = 0
     _hear_reports(own, ear, heard, notices, step)
     for i in range(own.shape[0]):

@@ -253,9 +253,9 @@ class Destinations:
 
 def _record(
     dtype: np.dtype[np.void], frame: GridFrame, renewal: RenewalParameters, task: CheckedTask
-) -> np.void:
-    """Rules as an argument of kernels."""
-    record: np.void = np.zeros(1, dtype=dtype)[0]
+) -> NDArray[np.void]:
+    """Rules as an argument of kernels: one record, in an array, which costs the least per call."""
+    record = np.zeros(1, dtype=dtype)
     for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
         if name in (dtype.names or ()):
             record[name] = getattr(frame, name)

@@ -13,8 +13,6 @@ __all__ = ["choose_modes", "is_on_task", "on_task"]
 def on_task(mode):  # type: ignore[no-untyped-def]
     """Whether robots work on the swarm's task; those that charge do not.
 
-    As with the codes in ``core.enums``, Numba's cache does not see a change made here.
-
     Args:
         mode: a code of MODES, or an array of them.
     """

@@ -22,7 +22,7 @@ from swarmscout.destinations.grid_kernels import CELL_BITS
 from swarmscout.destinations.registry import SELECTORS
 from swarmscout.destinations.selection import Destinations, Setting
 from swarmscout.destinations.selector import Selector
-from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS, ModelSettings
+from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS
 from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
@@ -55,10 +55,9 @@ from swarmscout.worlds.placement import place_robots
 from swarmscout.worlds.world import World
 
 if TYPE_CHECKING:
-    from swarmscout.llm.dispatcher import Asker
+    from swarmscout.llm.dispatcher import Dispatcher
 
 __all__ = [
-    "complete",
     "make_asker",
     "make_bodies",
     "make_charger",
@@ -75,59 +74,11 @@ __all__ = [
     "make_motion",
     "make_planner",
     "make_radio",
+    "make_rule",
     "make_sensing",
     "make_task",
     "return_reserve",
 ]
-
-
-def complete(
-    scenario: object,
-    seed: int | None,
-    selector: object = None,
-    policy: object = None,
-    sensor: object = None,
-    radio: object = None,
-    task: object = None,
-) -> Scenario:
-    """A scenario with what a mission was given besides.
-
-    Args:
-        scenario: what is run. seed: instead of its own. selector: instead of its ``destinations``.
-        policy: instead of its ``teams.policy``. sensor: instead of its ``sensor``.
-        radio: instead of its ``radio``. task: instead of its ``task``.
-
-    Raises:
-        ScenarioError: this is no scenario, or the seed is impossible.
-        SelectorError: the selector is an object of another kind.
-        PolicyError: the policy is.
-        SensorError: the sensor is.
-        TaskError: the task is.
-    """
-    if not isinstance(scenario, Scenario):
-        example = f"world={scenario!r}" if isinstance(scenario, str) else "robots=15"
-        raise ScenarioError(
-            f"a Mission is made of a Scenario, not of a {type(scenario).__name__}: "
-            f"Mission(Scenario({example}))"
-        )
-    changes: dict[str, Any] = {} if seed is None else {"seed": seed}
-    if selector is not None:
-        SELECTORS.check_object(selector)
-        changes |= {"destinations": IN_MEMORY + type(selector).__name__, "selector": {}}
-    if policy is not None:
-        POLICIES.check_object(policy)
-        teams = {**scenario.teams.model_dump(), "policy": IN_MEMORY + type(policy).__name__}
-        changes |= {"teams": teams, "policy": {}}
-    if sensor is not None:
-        SENSORS.check_object(sensor)
-        changes |= {"sensor": {"model": IN_MEMORY + type(sensor).__name__}}
-    if radio is not None:
-        RADIOS.check_object(radio)
-        changes |= {"radio": {"model": IN_MEMORY + type(radio).__name__}}
-    if task is not None:
-        TASKS.check_object(task)
-        changes |= {"task": {"model": IN_MEMORY + type(task).__name__}}
-    return Scenario(**{**scenario.model_dump(), **changes}) if changes else scenario
 
 
 def make_frame(world: World, scenario: Scenario) -> GridFrame:
@@ -287,7 +238,7 @@ def make_destinations(
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
     """
     name = scenario.destinations
-    rule = _fitting(selector or SELECTORS.make(name, scenario.selector, base), scenario)
+    rule = _fitting(selector, scenario) if selector else make_rule(scenario, base)
     setting = Setting(
         scenario.seed,
         scenario.robots,
@@ -313,6 +264,15 @@ def make_task(scenario: Scenario, base: Path | None, task: Task | None = None) -
     name = scenario.task.model
     rule = task or TASKS.make(name, task_parameters(scenario.task), base)
     return CheckedTask(rule, rule_name(name).removeprefix(IN_MEMORY))
+
+
+def make_rule(scenario: Scenario, base: Path | None) -> Selector:
+    """The selector that a scenario names, its prompts short enough for the model that is asked.
+
+    Raises:
+        SelectorError: there is no such selector, or it does not take the scenario's parameters.
+    """
+    return _fitting(SELECTORS.make(scenario.destinations, scenario.selector, base), scenario)
 
 
 def make_radio(
@@ -379,12 +339,11 @@ def make_judge(ground: World, scenario: Scenario, frame: GridFrame, bodies: Bodi
     return Judge(truth, bodies, body.forward_m, (model.lowest, model.highest))
 
 
-def make_charger(scenario: Scenario) -> np.void:
-    """CHARGER, see ``robots.battery``."""
+def make_charger(scenario: Scenario) -> NDArray[np.void]:
+    """CHARGER[1], see ``robots.battery``."""
     battery = scenario.battery
     values = battery.capacity_steps, battery.charge_per_step, battery.station_range_m
-    charger: np.void = np.array([values], dtype=CHARGER)[0]
-    return charger
+    return np.array([values], dtype=CHARGER)
 
 
 def make_desired_sizes(
@@ -402,19 +361,18 @@ def make_desired_sizes(
     return DesiredSizes(policy or POLICIES.make(name, scenario.policy, base), rule_name(name), size)
 
 
-def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> Asker | None:
-    """Whoever answers the selector's questions; None for a selector that asks nobody.
+def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> Dispatcher | None:
+    """The connection to the selector's language model; None for a selector without one.
 
     Raises:
         ModelError: no model is configured; the message says what to set.
     """
     if not isinstance(selector, AskingSelector):
         return None
-    # Most missions ask nobody, and what talks to networks takes a while to import.
+    # Most missions ask no model, and the network code is slow to import.
     from swarmscout.llm.connect import connect
 
-    keys = scenario.llm.model_dump(exclude={"latency_steps"})
-    return connect(ModelSettings(**keys), model=model)
+    return connect(scenario.llm, model=model)
 
 
 def _fitting(selector: Selector, scenario: Scenario) -> Selector:

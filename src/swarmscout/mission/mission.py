@@ -25,6 +25,7 @@ from swarmscout.mapping.scan_evidence import observe
 from swarmscout.minds.minds import blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import build
+from swarmscout.mission.plug_ins import complete
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.validation import HandCheck
 from swarmscout.robots.battery import spend_or_charge
@@ -71,6 +72,7 @@ class Mission:
         map, map_of: what the swarm knows together, and what one robot knows.
         own_maps: whether maps of robots can differ.
         task: what the swarm is to do (:class:`~swarmscout.tasks.checked_task.CheckedTask`).
+        by_hand: which arguments were given that no scenario can name: ``links``, ``model``.
         stations_m: float64[k, 2], charging stations.
         step_number: steps made so far. explored_m2: area explored so far.
         done, end_reason: whether the mission is over, and why (None until then).
@@ -101,7 +103,7 @@ class Mission:
         task: Task | None = None,
         model: Model | None = None,
     ) -> None:
-        scenario = build.complete(scenario, seed, selector, policy, sensor, radio, task)
+        scenario = complete(scenario, seed, selector, policy, sensor, radio, task)
         # Of any other kind of argument than a world or its name, loading says what is wrong.
         place = scenario.world if world is None else world
         self.world = load_world(place, seed=scenario.world_seed, base=base)
@@ -142,6 +144,8 @@ class Mission:
         self.step_number = 0
         self.end_reason: str | None = None
         self._hand_check = HandCheck(ground, self.frame.size)
+        given = {"links": links, "model": model}
+        self.by_hand = tuple(name for name, value in given.items() if value is not None)
         self._recorder = recorder
         if recorder is not None:
             recorder.begin(self)
@@ -190,17 +194,8 @@ class Mission:
         planner.steer(minds, knowledge, bodies.contact, self.action)
         self.motion.carry_out(self.action, bodies, step)
 
-        self._hand_check.after(bodies, minds)
-        self.judge.judge_robots(bodies, minds, self.action, events)
-        changes = self.judge.judge_map(self.log, since, self.swarm)
-        self.end_reason = self._why_over()
-        if self._recorder is not None:
-            seconds = {"step": perf_counter() - started, "decide": self.destinations.seconds}
-            record = self._record(changes, seconds)
-            if self.own_maps:
-                record.evidence = self.log.entries_from(since)
-                record.links = knowledge.effective(links, minds)
-            self._recorder.record(record)
+        # Against the truth, which minds never see.
+        self._judge(links, since, started)
 
     def run(self, on_step: Callable[[Mission], None] | None = None) -> dict[str, Any]:
         """Run what is left of the mission.
@@ -311,6 +306,21 @@ class Mission:
             minds.own[f"{capability}s"] = bodies.can[capability]
         below = battery.charge_below if battery.enabled else -1.0
         choose_modes(minds.own, self.stations_m, below, *self._return_reserve, self.events.rows)
+
+    def _judge(self, links: Links, since: NDArray[np.int64], started: float) -> None:
+        """Count what the step achieved, and hand it to the recorder."""
+        bodies, minds = self.bodies, self.minds
+        self._hand_check.after(bodies, minds)
+        self.judge.judge_robots(bodies, minds, self.action, self.events)
+        changes = self.judge.judge_map(self.log, since, self.swarm)
+        self.end_reason = self._why_over()
+        if self._recorder is not None:
+            seconds = {"step": perf_counter() - started, "decide": self.destinations.seconds}
+            record = self._record(changes, seconds)
+            if self.own_maps:
+                record.evidence = self.log.entries_from(since)
+                record.links = self.knowledge.effective(links, minds)
+            self._recorder.record(record)
 
     def _why_over(self) -> str | None:
         judge = self.judge

@@ -110,9 +110,10 @@ def mark_standing(heard, still, rows, grid, standing):  # type: ignore[no-untype
 
     Args:
         heard: BEACON[R, N], still: int64[R, N], rows: int64[A]: see ``Knowledge``.
-        grid: DRIVING.
+        grid: DRIVING[1].
         standing: int64[R, N], written for the rows in use: flat cells, or -1.
     """
+    grid = grid[0]
     for r in rows:
         for j in range(heard.shape[1]):
             standing[r, j] = -1
@@ -146,11 +147,12 @@ def find_needs(own, ear, price, counts, routes, cells, grid, step):  # type: ign
         price: int16[R, C], counts: int64[R, 4]: ``OccupancyGrids``; counts[:, 0] says how many
             cells closed in the last update.
         routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
-        grid: DRIVING; step: the current step.
+        grid: DRIVING[1]; step: the current step.
 
     Returns:
         How many robots need a route.
     """
+    grid = grid[0]
     needs = 0
     for i in range(own.shape[0]):
         me = own[i]
@@ -242,9 +244,10 @@ def steer(own, ear, price, contact, stations, routes, cells, headings, grid, act
         contact: int64[N], what each robot felt at its last move.
         stations: float64[k, 2].
         routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
-        headings: float64[3600, 2] of (cos, sin); grid: DRIVING.
+        headings: float64[3600, 2] of (cos, sin); grid: DRIVING[1].
         action: int64[N], written: STOP, FORWARD, LEFT or RIGHT.
     """
+    grid = grid[0]
     cos_off = headings[grid.most_off, 0]
     for i in range(own.shape[0]):
         me = own[i]

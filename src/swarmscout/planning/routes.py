@@ -82,7 +82,8 @@ class Planner:
         # Driving while off by up to that, a robot gets nearer to a waypoint only while that is
         # farther than forward / (2 cos(off)); nearer, it would circle it.
         cosine = max(0.5, float(vehicle.headings[most_off, 0]))
-        grid = np.zeros(1, dtype=DRIVING)[0]
+        self._grid = np.zeros(1, dtype=DRIVING)
+        grid = self._grid[0]
         for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
             grid[name] = getattr(frame, name)
         grid["long_still"] = LONG_STILL_STEPS
@@ -90,7 +91,6 @@ class Planner:
         grid["waypoint_m"] = max(0.5 * frame.cell_m, 1.05 * vehicle.forward_m / (2.0 * cosine))
         grid["half_width_m"] = vehicle.radius_m + SIDE_ROOM_M
         grid["dock_m"] = vehicle.dock_m
-        self._grid = grid
 
     def plan(self, minds: Minds, knowledge: Knowledge, step: int, events: EventLog) -> None:
         """Give every robot that needs one a route over its own map."""

@@ -1,1 +1,1 @@
-"""A run's folder: what a mission did, written while it runs, and the one reader of it."""
+"""Recording a mission into a run's folder, and reading it."""

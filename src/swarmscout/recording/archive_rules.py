@@ -1,4 +1,4 @@
-"""Rules of a user's own: their files are copied into the run's folder, so that it runs again."""
+"""Copies of the files of a user's own rules, so that a run can be run again."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def keep_rules(scenario: Scenario, base: Path | None, folder: Path) -> Scenario:
 
     Args:
         scenario: the mission's scenario.
-        base: the folder that the mission looked for relative files in.
+        base: the mission's folder for relative paths.
         folder: the run's folder.
 
     Returns:
-        The scenario to write into the run: it names the copies, relative to the run's folder.
-        Other rules stay as they were given.
+        The scenario to write into the run: it names the copies, relative to the run's folder,
+        and other rules as before.
 
     Raises:
         RunError: a copy cannot be written.

@@ -1,4 +1,4 @@
-"""The world of a run: by its recipe when a scenario can name it, else kept whole in ``world/``."""
+"""The world of a run: named by its generator's parameters if possible, else kept in ``world/``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from swarmscout.core.errors import RunError, WorldError
 from swarmscout.mission.scenario import Scenario
-from swarmscout.recording.row_buffer import plain
+from swarmscout.recording.decisions import plain
 from swarmscout.worlds.arrays import with_places
 from swarmscout.worlds.catalogue import NAMED_TUBES
 from swarmscout.worlds.folder import load_folder, save_world
@@ -25,7 +25,7 @@ _FOLDER = "world"
 def keep_world(
     world: World, scenario: Scenario, folder: Path, *, whole: bool = False
 ) -> tuple[Scenario, dict[str, Any]]:
-    """Keep what is needed to give a mission's world back.
+    """Keep what is needed to load a mission's world again.
 
     Args:
         world: the mission's world.
@@ -34,8 +34,8 @@ def keep_world(
         whole: keep rasters even of a world that the scenario seems to name.
 
     Returns:
-        The scenario to write into the run, and what ``run.json`` says about the world. A world that
-        is kept whole is named by its folder, so the run can be moved and runs again as it stands.
+        The scenario to write into the run, and the facts about the world for ``run.json``. A world
+        that is kept whole is named by its folder, so that the run can be moved.
 
     Raises:
         RunError: the world cannot be written.
@@ -47,7 +47,7 @@ def keep_world(
         "stations_m": plain(world.stations_m),
     }
     if world.mesh is not None and scenario.sensor.sensing == "raster":
-        world = dataclasses.replace(world, mesh=None)  # Often many megabytes, which nothing read.
+        world = dataclasses.replace(world, mesh=None)  # Often many megabytes that no ray met.
     if not whole and _is_named_by(scenario, world):
         return scenario, {"kept_as": "recipe", **facts}
     try:
@@ -63,10 +63,10 @@ def give_world_back(folder: Path, facts: Mapping[str, Any]) -> World:
 
     Args:
         folder: the run's folder.
-        facts: what its ``run.json`` says.
+        facts: the content of its ``run.json``.
 
     Raises:
-        RunError: it is missing or damaged, or today's generator makes another one.
+        RunError: it is missing or damaged, or the installed generator makes another one.
     """
     kept = facts.get("world")
     try:
@@ -79,12 +79,12 @@ def give_world_back(folder: Path, facts: Mapping[str, Any]) -> World:
         same = world.digest == source["digest"]
         world = with_places(world, kept["start_m"], kept["stations_m"])
     except WorldError as error:
-        raise RunError(f"the world of run '{folder}' cannot be had back: {error}") from None
+        raise RunError(f"the world of run '{folder}' cannot be loaded: {error}") from None
     except (KeyError, TypeError, AttributeError) as error:
         raise RunError(f"'{folder / 'run.json'}' is damaged: world: {error}") from None
     if not same:
         raise RunError(
-            f"the world of run '{folder}' cannot be had back: this version of swarmscout "
+            f"the world of run '{folder}' cannot be made again: this version of swarmscout "
             f"generates another '{world.name}' than version {facts.get('version')} did"
         )
     return world

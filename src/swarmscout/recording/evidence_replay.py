@@ -1,4 +1,4 @@
-"""What one robot's map gains when the robot hears of others' logs."""
+"""The kernel that adds other robots' evidence to one robot's map."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Maps of single robots, from what each robot measured and from who heard whom.
+"""Maps of single robots, replayed from each robot's evidence and from who heard whom.
 
-Where links are limited, robots know different things. A run keeps what each robot's own log of
-evidence gained in each step and every change of the links: both are small, and from them each
-robot's map at any step follows exactly, by the same rule as in the mission (``comms.exchange``).
-Versions are counted in steps here: all that a robot had logged when a step ended travels together.
+Where links are limited, robots know different things. A run records the evidence that each robot's
+log gained in each step, and every change of the links. From these, each robot's map at any step
+follows exactly, by the rule of the mission (``comms.exchange``). Versions are counted in steps
+here: all that a robot had logged when a step ended travels together.
 """
 
 from __future__ import annotations
@@ -15,25 +15,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.errors import RunError
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel
-from swarmscout.mission.build import make_model
 
 if TYPE_CHECKING:
-    from swarmscout.recording.run import Run
+    import polars as pl
 
-__all__ = ["GatheredEvidence", "MapChanges", "OwnMaps", "check_robot", "own_maps_of"]
+__all__ = ["GatheredEvidence", "MapChanges", "OwnMaps"]
 
 
 class GatheredEvidence:
-    """What all robots measured and who heard whom, step by step; it grows at its end only.
+    """Evidence of all robots and who heard whom, step by step; it grows at its end only.
 
-    One thread may add while others read what was there before.
+    One thread may add steps while others read earlier ones.
 
     Attributes:
         robots: N.
-        steps: the last step that is here; 0 at first.
+        steps: the last step added; 0 at first.
         ends: int64[>= steps + 1, N]; cells, increments: int32[>= entries]: see
             :func:`swarmscout.recording.evidence_replay.take_in`.
     """
@@ -47,25 +45,22 @@ class GatheredEvidence:
         self._links: list[NDArray[np.uint8]] = [self._packed(np.zeros((robots, robots), np.bool_))]
 
     @staticmethod
-    def of(run: Run) -> GatheredEvidence:
-        """What a run keeps.
-
-        Raises:
-            RunError: it keeps no such thing.
-        """
-        rows, changes = run.table("evidence"), run.table("links")
-        gathered = GatheredEvidence(run.scenario.robots)
-        links = np.zeros((gathered.robots, gathered.robots), dtype=np.bool_)
-        steps = np.arange(run.last_step + 2)
-        cuts = rows["step"].search_sorted(steps).to_numpy()
-        entries = rows.select("robot", "cell", "increment").to_numpy()
-        link_cuts = changes["step"].search_sorted(steps).to_numpy()
-        pairs = changes.select("listener", "speaker").to_numpy()
-        hears = changes["hears"].to_numpy()
-        for step in range(1, run.last_step + 1):
+    def of(
+        evidence: pl.DataFrame, links: pl.DataFrame, robots: int, last_step: int
+    ) -> GatheredEvidence:
+        """Evidence and links out of a run's tables of these names, up to a step."""
+        gathered = GatheredEvidence(robots)
+        heard = np.zeros((robots, robots), dtype=np.bool_)
+        steps = np.arange(last_step + 2)
+        cuts = evidence["step"].search_sorted(steps).to_numpy()
+        entries = evidence.select("robot", "cell", "increment").to_numpy()
+        link_cuts = links["step"].search_sorted(steps).to_numpy()
+        pairs = links.select("listener", "speaker").to_numpy()
+        hears = links["hears"].to_numpy()
+        for step in range(1, last_step + 1):
             now = slice(link_cuts[step], link_cuts[step + 1])
-            links[pairs[now, 0], pairs[now, 1]] = hears[now]
-            gathered.add(entries[cuts[step] : cuts[step + 1]], links)
+            heard[pairs[now, 0], pairs[now, 1]] = hears[now]
+            gathered.add(entries[cuts[step] : cuts[step + 1]], heard)
         return gathered
 
     def add(self, evidence: NDArray[np.integer], links: NDArray[np.bool_]) -> None:
@@ -92,7 +87,7 @@ class GatheredEvidence:
         # Links often stay as they are: one copy serves many steps.
         same = np.array_equal(packed, self._links[-1])
         self._links.append(self._links[-1] if same else packed)
-        self.steps = step  # Last: whoever reads now finds all of it.
+        self.steps = step  # Last: readers find all of it.
 
     def links_in(self, step: int) -> NDArray[np.bool_]:
         """bool[N, N], who heard whom in a step."""
@@ -122,7 +117,7 @@ class OwnMaps:
     """The maps of some robots, brought forward from step to step.
 
     Args:
-        gathered: what all robots measured.
+        gathered: evidence of all robots.
         robots: whose maps.
         frame: the maps' frame.
         model: how evidence is read.
@@ -190,34 +185,4 @@ class OwnMaps:
             np.concatenate([piece.step for piece in pieces]),
             np.concatenate([piece.cell for piece in pieces]),
             np.concatenate([piece.log_odds for piece in pieces]),
-        )
-
-
-def own_maps_of(run: Run, robots: Sequence[int]) -> OwnMaps:
-    """The maps of some robots of a run, before its first step.
-
-    Raises:
-        RunError: there is no such robot, or robots' evidence was not recorded.
-    """
-    for robot in robots:
-        check_robot(run, robot)
-    gathered = GatheredEvidence.of(run)
-    return OwnMaps(gathered, robots, run.frame, make_model(run.scenario))
-
-
-def check_robot(run: Run, robot: int) -> None:
-    """Whether a run has a robot, and says what its map was.
-
-    Raises:
-        RunError: it has not, or it does not say.
-    """
-    last = run.scenario.robots - 1
-    if isinstance(robot, bool) or not isinstance(robot, int | np.integer):
-        raise RunError(f"robot = {robot!r}: expected a whole number, 0 to {last}")
-    if not 0 <= robot <= last:
-        raise RunError(f"there is no robot {robot}: the run has robots 0 to {last}")
-    if "maps" not in run.facts:
-        raise RunError(
-            "an older version recorded this run, and did not say whether each robot had a map of "
-            "its own: only the swarm's map is known"
         )

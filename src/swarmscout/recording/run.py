@@ -1,13 +1,11 @@
-"""The one reader of runs: finished or killed, on disk or in memory.
+"""The reader of runs: finished or killed, on disk or in memory.
 
-What is open is read when it is first asked for, and kept.
+What is asked for is read then, checked, and kept.
 """
 
 from __future__ import annotations
 
-import io
-import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,14 +15,18 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, ScenarioError
 from swarmscout.core.grid import GridFrame
+from swarmscout.destinations.grid_kernels import CELL_BITS
+from swarmscout.mission.build import make_model
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import load_scenario
+from swarmscout.recording import table_files
 from swarmscout.recording.archive_world import give_world_back
-from swarmscout.recording.attempts import TEXTS
-from swarmscout.recording.own_maps import check_robot, own_maps_of
-from swarmscout.recording.run_folder import as_path
-from swarmscout.recording.table_files import AT_ONCE, read_table, read_whole_table
-from swarmscout.recording.tables import FORMAT, LEVELS, OWN_MAPS, empty_table
+from swarmscout.recording.decisions import read_text
+from swarmscout.recording.json_files import RUN, SUMMARY, read_json
+from swarmscout.recording.own_maps import GatheredEvidence, OwnMaps
+from swarmscout.recording.run_folder import SCENARIO, as_path
+from swarmscout.recording.table_checks import fault_of
+from swarmscout.recording.tables import FORMAT, LEVELS, empty_table
 from swarmscout.worlds.ground_plane import pitch_and_roll, stand
 
 if TYPE_CHECKING:
@@ -61,6 +63,7 @@ class Run:
         scenario: Scenario,
         facts: Mapping[str, Any],
         summary: dict[str, Any] | None,
+        sums: Mapping[str, str] | None = None,
     ) -> None:
         self.path = path
         self.scenario = scenario
@@ -68,9 +71,11 @@ class Run:
         self.summary = summary
         self.finished = summary is not None
         self.level = str(facts["record"])
-        self.own_maps = facts.get("maps") == "own"
+        self.own_maps = facts["maps"] == "own"
+        self.tables = tuple(facts["tables"])
         self.frame = GridFrame(**facts["frame"])
         self.stations_m = np.asarray(facts["stations_m"], dtype=np.float64).reshape(-1, 2)
+        self._sums = sums
         self._frames: dict[str, pl.DataFrame] = {}
         self._in_memory: Mapping[str, list[pl.DataFrame]] = {}
         self._world: World | None = None
@@ -87,19 +92,27 @@ class Run:
             path: the folder.
 
         Raises:
-            RunError: there is no run, or it is damaged, or a newer version wrote it.
+            RunError: the folder is not a run, is damaged, or was written in another format.
         """
         folder = as_path(path)
         facts = _facts_of(folder)
-        summary = _object_in(folder / "summary.json")
+        summary = read_json(folder / SUMMARY)
+        sums = None if summary is None else summary.pop("files", None)
         try:
-            scenario = load_scenario(folder)
+            table_files.checked_bytes(folder / SCENARIO, facts["files"].get(SCENARIO))
+            run = Run(
+                path=folder,
+                scenario=load_scenario(folder),
+                facts=facts,
+                summary=summary,
+                sums=sums,
+            )
         except ScenarioError as error:
             raise RunError(f"run '{folder}' is damaged: {error}") from None
-        try:
-            return Run(path=folder, scenario=scenario, facts=facts, summary=summary)
-        except (KeyError, TypeError, ValueError) as error:
-            raise RunError(f"'{folder / 'run.json'}' is damaged: {error}") from None
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise RunError(f"'{folder / RUN}' is damaged: {error}") from None
+        _check_agreement(run)
+        return run
 
     @staticmethod
     def in_memory(
@@ -121,9 +134,12 @@ class Run:
         return run
 
     def __repr__(self) -> str:
-        where = "in memory" if self.path is None else f"'{self.path}'"
         state = "finished" if self.finished else "not finished"
-        return f"<Run {where}: {self.scenario.robots} robots, {state}>"
+        return f"<Run {self._where}: {self.scenario.robots} robots, {state}>"
+
+    @property
+    def _where(self) -> str:
+        return "in memory" if self.path is None else f"'{self.path}'"
 
     @property
     def steps(self) -> pl.DataFrame:
@@ -138,7 +154,7 @@ class Run:
         of REP 103 (positive pitch is nose down, positive roll is left side up).
 
         Raises:
-            RunError: steps were not recorded, or the world cannot be had back.
+            RunError: steps were not recorded, or the world cannot be loaded.
         """
         steps = self.steps.select("step", "robot", "x_m", "y_m", "heading_rad")
         heading = steps["heading_rad"].to_numpy()
@@ -166,7 +182,7 @@ class Run:
 
     @property
     def links(self) -> pl.DataFrame:
-        """A row per change of who hears whom; without rows where everybody hears everybody."""
+        """A row per change of who hears whom; empty where all robots hear each other."""
         return self.table("links")
 
     @property
@@ -176,25 +192,20 @@ class Run:
 
     @property
     def attempts(self) -> pl.DataFrame:
-        """A row per question to a language model; without rows where none was asked."""
+        """A row per question to a language model; empty where none was asked."""
         return self.table("attempts")
 
     def text(self, name: str) -> str:
         """A prompt or an answer, by the hash that stands in ``attempts``.
 
         Raises:
-            RunError: the run has no such text.
+            RunError: the run has no such text, or it is damaged.
         """
-        if self.path is None:
-            if name in self._texts:
-                return self._texts[name]
+        if self.path is not None:
+            return read_text(self.path, name)
+        if name not in self._texts:
             raise RunError(f"the run has no text '{name}'")
-        file = self.path / TEXTS / f"{name}.txt"
-        try:
-            return file.read_bytes().decode()
-        except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-            raise RunError(f"cannot read '{file}': {reason}") from None
+        return self._texts[name]
 
     @property
     def events(self) -> pl.DataFrame:
@@ -213,7 +224,7 @@ class Run:
         Raises:
             RunError: the run is not finished and has no ``coverage``.
         """
-        if self.summary is not None and not LEVELS[self.level]:
+        if self.summary is not None and "coverage" not in self.tables:
             return int(self.summary["steps"])
         coverage = self.coverage
         return int(coverage["step"][-1]) if coverage.height else -1
@@ -233,13 +244,13 @@ class Run:
 
         Args:
             step: 0 … :attr:`last_step`; None for the last.
-            robot: whose map; None for the swarm's, which under full communication is everybody's.
+            robot: whose map; None for the swarm's, which all share under full communication.
 
         Returns:
-            int32[rows, cols] log-odds as read (saturated), in 1/1000 nat; 0 where nobody looked.
+            int32[rows, cols] log-odds as read (saturated), in 1/1000 nat; 0 where no ray passed.
 
         Raises:
-            RunError: there is no such step or robot, or maps were not recorded.
+            RunError: the step or robot does not exist, or maps were not recorded.
         """
         last = self.last_step
         wanted = last if step is None else step
@@ -248,9 +259,9 @@ class Run:
         if not 0 <= wanted <= last:
             raise RunError(f"there is no step {wanted}: the run holds steps 0 to {last}")
         if robot is not None:
-            check_robot(self, robot)
+            self.check_robot(robot)
             if self.own_maps:
-                maps = own_maps_of(self, [robot])
+                maps = self.robot_maps([robot])
                 maps.advance(int(wanted))
                 return maps.log_odds(robot)
         if wanted == last and self.finished:
@@ -261,6 +272,31 @@ class Run:
         log_odds = np.zeros(self.frame.size, dtype=np.int32)
         log_odds[changes["cell"][:end].to_numpy()] = changes["log_odds"][:end].to_numpy()
         return log_odds.reshape(self.frame.shape)
+
+    def robot_maps(self, robots: Sequence[int]) -> OwnMaps:
+        """The maps of some robots before the first step, to be advanced from step to step.
+
+        Raises:
+            RunError: a robot does not exist, or the robots' evidence was not recorded.
+        """
+        for robot in robots:
+            self.check_robot(robot)
+        gathered = GatheredEvidence.of(
+            self.table("evidence"), self.table("links"), self.scenario.robots, self.last_step
+        )
+        return OwnMaps(gathered, robots, self.frame, make_model(self.scenario))
+
+    def check_robot(self, robot: int) -> None:
+        """Check that the run has a robot of this number.
+
+        Raises:
+            RunError: the robot does not exist.
+        """
+        last = self.scenario.robots - 1
+        if isinstance(robot, bool) or not isinstance(robot, int | np.integer):
+            raise RunError(f"robot = {robot!r}: expected a whole number, 0 to {last}")
+        if not 0 <= robot <= last:
+            raise RunError(f"there is no robot {robot}: the run has robots 0 to {last}")
 
     def world(self) -> World:
         """The world that the mission ran in.
@@ -280,77 +316,89 @@ class Run:
             raise RunError(f"a run has no table '{name}': there are {', '.join(LEVELS['full'])}")
         if name not in LEVELS[self.level]:
             raise RunError(
-                f"table '{name}' was not recorded: the run's level is '{self.level}', only "
-                "record='full' (explore --record full) keeps every table"
+                f"run {self._where}: table '{name}' was not recorded: the run's level is "
+                f"'{self.level}', only record='full' (explore --record full) keeps every table"
             )
+        if name not in self.tables:
+            return empty_table(name)
         if self.path is None:
             frames = self._in_memory.get(name, [])
-            how: Any = "diagonal" if name == "timing" else "vertical"
-            return pl.concat(frames, how=how, rechunk=True) if frames else empty_table(name)
-        whole = read_whole_table(self.path, name)
-        if name == "attempts" and whole is None and not (self.path / TEXTS).exists():
-            return empty_table(name)  # Nobody was asked, or the run is older than the table.
-        if name in OWN_MAPS and not self.own_maps:
-            return empty_table(name)
-        if self.finished and whole is None:
-            raise RunError(f"run '{self.path}' is damaged: its table '{name}' is missing")
-        frame = read_table(self.path, name) if whole is None else whole
-        if self.finished or name == "coverage":
-            return frame
-        # A part of coverage is written after the others: what lies beyond it is not whole.
-        return frame.filter(pl.col("step") <= self.last_step)
+            return pl.concat(frames, rechunk=True) if frames else empty_table(name)
+        frame = table_files.read_table(self.path, name, self._sums)
+        fault = fault_of(frame, name, self.scenario.robots, self.frame.size)
+        if fault is None and name not in ("coverage", "decisions", "attempts"):
+            steps = self.coverage.height
+            rows = {"steps": steps * self.scenario.robots, "timing": steps}.get(name, frame.height)
+            if frame.height != rows:
+                fault = f"it has {frame.height} rows, expected {rows}"
+        if fault is not None:
+            raise RunError(f"run '{self.path}' is damaged: table '{name}': {fault}")
+        return frame
 
     def _read_final_map(self) -> NDArray[np.int32]:
         if self._final_map is None:
             assert self.path is not None
-            file, at_once = self.path / "map.npz", self.path / AT_ONCE
-            if at_once.exists():
-                file = at_once
-            try:
-                data = file.read_bytes()
-            except FileNotFoundError:
-                raise RunError(f"'{file}' is missing: the run is damaged") from None
-            except OSError as error:
-                raise RunError(f"cannot read '{file}': {error.strerror or error}") from None
-            try:
-                with np.load(io.BytesIO(data)) as arrays:
-                    log_odds = np.asarray(arrays["log_odds"], dtype=np.int32)
-                self._final_map = log_odds.reshape(self.frame.shape)
-            except Exception:  # NumPy raises whatever zipfile, zlib or its own parser do.
-                raise RunError(f"'{file}' is damaged: it is no map") from None
+            file = self.path / table_files.MAP
+            if self._sums and file.name in self._sums:
+                table_files.checked_bytes(file, self._sums[file.name])
+            else:
+                file = self.path / table_files.DATA
+            log_odds = table_files.read_array(file, "log_odds")
+            if log_odds.shape != self.frame.shape or log_odds.dtype.kind not in "iu":
+                raise RunError(
+                    f"'{file}' is damaged: its map is {log_odds.dtype}{list(log_odds.shape)}, "
+                    f"expected integers{list(self.frame.shape)}"
+                )
+            self._final_map = log_odds.astype(np.int32)
         return self._final_map
 
 
 def _facts_of(folder: Path) -> dict[str, Any]:
-    """What ``run.json`` says, checked."""
+    """The content of ``run.json``, checked."""
     if not folder.exists():
         raise RunError(f"run folder '{folder}' does not exist")
     if not folder.is_dir():
         raise RunError(f"'{folder}' is a file, not a run's folder")
-    file = folder / "run.json"
-    facts = _object_in(file)
+    file = folder / RUN
+    facts = read_json(file, check=False)
     if facts is None:
-        raise RunError(f"'{folder}' is no run: it has no run.json")
-    if not isinstance(facts.get("format"), int):
-        raise RunError(f"'{folder}' is no run: its run.json is something else's")
-    if facts["format"] > FORMAT:
-        newer = facts.get("version")
-        raise RunError(f"'{folder}' was written by a newer swarmscout ({newer}): update this one")
+        raise RunError(f"'{folder}' is not a run: it has no run.json")
+    written = facts.get("format")
+    if not isinstance(written, int):
+        raise RunError(f"'{folder}' is not a run: its run.json has another format")
+    if written != FORMAT:
+        age = "a newer" if written > FORMAT else "an older"
+        raise RunError(
+            f"run '{folder}' was written by {age} swarmscout ({facts.get('version')}) in format "
+            f"{written}; this one reads format {FORMAT}"
+        )
+    facts = read_json(file) or {}
     if facts.get("record") not in LEVELS:
         raise RunError(f"'{file}' is damaged: recording level {facts.get('record')!r} is unknown")
     return facts
 
 
-def _object_in(file: Path) -> dict[str, Any] | None:
-    """The object in a JSON file, or None when there is no such file."""
-    try:
-        data = json.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise RunError(f"cannot read '{file}': {error.strerror or error}") from None
-    except ValueError:
-        raise RunError(f"'{file}' is damaged: it is no JSON") from None
-    if not isinstance(data, dict):
-        raise RunError(f"'{file}' is damaged: it holds no JSON object")
-    return data
+def _check_agreement(run: Run) -> None:
+    """Check that the files of a run speak of the same mission.
+
+    Raises:
+        RunError: they do not.
+    """
+    facts, frame, robots = run.facts, run.frame, run.scenario.robots
+    fault = None
+    if facts.get("robots") != robots:
+        fault = f"it has {facts.get('robots')} robots, the scenario {robots}"
+    elif not set(run.tables) <= set(LEVELS[run.level]):
+        fault = f"tables {', '.join(map(str, run.tables))} are not those of level '{run.level}'"
+    elif not all(isinstance(facts["frame"][key], int) for key in ("rows", "columns")) or not (
+        min(frame.rows, frame.columns) > 0 and frame.size < 1 << CELL_BITS and frame.cell_m > 0
+    ):
+        fault = f"the map has {frame.rows} rows and {frame.columns} columns of {frame.cell_m} m"
+    elif run.summary is not None:
+        for key in ("rules_version", "robots"):
+            if run.summary.get(key) != facts.get(key):
+                fault = f"{key} is {facts.get(key)}, in summary.json {run.summary.get(key)}"
+        if not isinstance(run.summary.get("steps"), int):
+            fault = "summary.json does not say how many steps there are"
+    if fault is not None:
+        raise RunError(f"run '{run.path}' is damaged: run.json: {fault}")

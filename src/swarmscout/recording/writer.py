@@ -1,13 +1,14 @@
 """The writer of runs: a recorder that keeps a mission in a folder, or in memory.
 
-Rows gather in a ``row_buffer.Chunk``, which is written as a part of each table every fifty steps.
-``run.json`` appears when a mission has begun, ``summary.json`` when it has finished; both are
-renamed into place once everything they promise exists.
+Rows gather in a ``row_buffer.Chunk``, which is written as a part every fifty steps. ``run.json``
+appears when a mission has begun, ``summary.json`` when it has finished; each is put in place after
+all files whose checksums it holds.
 """
 
 from __future__ import annotations
 
-import json
+import contextlib
+import os
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -18,13 +19,13 @@ import numpy as np
 from swarmscout.core.errors import RunError
 from swarmscout.core.recorder import StepRecord
 from swarmscout.mission.scenario_files import scenario_toml
+from swarmscout.recording import table_files
 from swarmscout.recording.archive_rules import keep_rules
 from swarmscout.recording.archive_world import keep_world
-from swarmscout.recording.archives import array_files, zipped
-from swarmscout.recording.attempts import Texts
-from swarmscout.recording.row_buffer import Chunk, plain
-from swarmscout.recording.run_folder import as_path, claim_folder
-from swarmscout.recording.table_files import join_parts, write_at_once, write_part, write_whole
+from swarmscout.recording.decisions import Texts, plain
+from swarmscout.recording.json_files import RUN, SUMMARY, write_json
+from swarmscout.recording.row_buffer import Chunk
+from swarmscout.recording.run_folder import SCENARIO, as_path, claim_for_writing
 from swarmscout.recording.tables import FORMAT, LEVELS, OWN_MAPS, PART_STEPS, check_level
 
 if TYPE_CHECKING:
@@ -45,12 +46,12 @@ class RunWriter:
     """Keeps one mission.
 
     Args:
-        folder: where to; it is made if need be and must be empty. None keeps all in memory.
+        folder: where to; it is created if need be and must be empty. None keeps all in memory.
         level: ``full``, ``curves`` or ``summary``: see :data:`swarmscout.recording.tables.LEVELS`.
         whole_world: keep the world's rasters even if the scenario names a world that it could be;
             for a mission that was given a world which differs in its start only.
-        parts: close a part of each table every fifty steps. Without, tables and final map are
-            written at the end, into one file: quicker, for missions that are run anew when they
+        parts: write a part of all tables every fifty steps. Without, tables and final map are
+            written at the end into one file: quicker, for missions that are run again when they
             are killed.
 
     Raises:
@@ -77,14 +78,12 @@ class RunWriter:
         """The last step that :meth:`record` has taken; -1 before the first."""
         self._whole_world = whole_world
         self._parts = parts
-        self._tables = LEVELS[level]
         self._scenario: Scenario | None = None
         self._world: World | None = None
         self._mission: Mission | None = None
         self._facts: dict[str, Any] = {}
         self._chunk: Chunk | None = None
         self._part = 0
-        self._coverage_types: dict[str, Any] | None = None
         self._kept: dict[str, list[pl.DataFrame]] = {}
         self._final_map: dict[str, Any] | None = None
         self._summary: dict[str, Any] | None = None
@@ -98,38 +97,53 @@ class RunWriter:
         """
         if self._scenario is not None:
             raise RunError("a RunWriter keeps one mission: make a new one for the next mission")
-        frame = mission.frame
-        if mission.asker is None:
-            self._tables = tuple(table for table in self._tables if table != "attempts")
-        if not mission.own_maps:
-            self._tables = tuple(table for table in self._tables if table not in OWN_MAPS)
+        robots = mission.scenario.robots
+        lacking = {*(() if mission.asker else ("attempts",))}
+        lacking |= {*(() if mission.own_maps else OWN_MAPS)}
+        tables = [table for table in LEVELS[self.level] if table not in lacking]
         self._facts = {
             "format": FORMAT,
             **_written_by(),
             "record": self.level,
+            "tables": tables,
             "maps": "own" if mission.own_maps else "one",
-            "robots": mission.scenario.robots,
-            "frame": plain(asdict(frame)),
+            "by_hand": list(mission.by_hand),
+            "robots": robots,
+            "frame": plain(asdict(mission.frame)),
             "stations_m": plain(mission.stations_m),
         }
-        if self._tables:
-            robots = mission.scenario.robots
+        if tables:
             every = mission.scenario.steps + 1
             most = PART_STEPS if self._parts else every
             steps = max(1, min(most, _CHUNK_ROWS // robots, every))
             self._parts = self._parts or steps < every
-            self._chunk = Chunk(robots, steps, frame.columns, self._tables)
+            self._chunk = Chunk(robots, steps, mission.frame.columns, tables)
         if self.folder is not None:
-            claim_folder(self.folder)
-            scenario, kept = keep_world(
-                mission.world, mission.scenario, self.folder, whole=self._whole_world
-            )
-            scenario = keep_rules(scenario, mission.base, self.folder)
-            text = scenario_toml(scenario, _written_by())
-            write_whole(self.folder / "scenario.toml", text.encode())
-            write_whole(self.folder / "run.json", _json({**self._facts, "world": kept}))
+            self._begin_folder(self.folder, mission)
         self._texts = Texts(self.folder)
         self._scenario, self._world, self._mission = mission.scenario, mission.world, mission
+
+    def _begin_folder(self, folder: Path, mission: Mission) -> None:
+        claim_for_writing(folder)
+        first = folder / SCENARIO
+        try:
+            scenario, world = keep_world(
+                mission.world, mission.scenario, folder, whole=self._whole_world
+            )
+            scenario = keep_rules(scenario, mission.base, folder)
+            text = scenario_toml(scenario, _written_by()).encode()
+            table_files.write_whole(first, text, sweep=False)
+        except BaseException:
+            if not first.stat().st_size:  # The claim alone: the folder is free again.
+                first.unlink()
+            raise
+        sums = {SCENARIO: table_files.checksum(text)}
+        if len(os.listdir(folder)) > 1:  # The world or a user's rules.
+            for file in sorted(folder.rglob("*")):
+                if file.is_file():
+                    name = file.relative_to(folder).as_posix()
+                    sums[name] = table_files.checksum(file.read_bytes())
+        write_json(folder / RUN, {**self._facts, "world": world, "files": sums})
 
     def record(self, record: StepRecord) -> None:
         """Keep one step.
@@ -139,7 +153,7 @@ class RunWriter:
         """
         chunk = self._chunk
         if chunk is not None:
-            if record.decisions and "attempts" in self._tables:
+            if record.decisions and "attempts" in self._facts["tables"]:
                 self._texts.keep_all(record.decisions)
             if chunk.full:  # An earlier flush did not succeed.
                 self._flush()
@@ -149,7 +163,7 @@ class RunWriter:
             self._flush()
 
     def end(self, summary: Mapping[str, Any]) -> None:
-        """Finish the run: the last part, the final map, joined tables, and last the summary.
+        """Finish the run: the last part, the tables, the final map, and last the summary.
 
         Raises:
             RunError: something cannot be written; the run stays readable, as not finished.
@@ -161,8 +175,11 @@ class RunWriter:
         self._summary = plain(summary)
         if self.folder is not None:
             origin = np.array([frame.origin_x_m, frame.origin_y_m])
-            self._write_data({**self._final_map, "origin_m": origin, "cell_m": frame.cell_m})
-            write_whole(self.folder / "summary.json", _json(self._summary))
+            arrays = {**self._final_map, "origin_m": origin, "cell_m": np.array(frame.cell_m)}
+            sums = self._write_data(self.folder, arrays)
+            write_json(self.folder / SUMMARY, {**self._summary, "files": sums})
+            if self._parts:
+                table_files.remove_parts(self.folder)
         # Mission and writer hold each other: let go, so that many megabytes need no collector.
         self._mission = None
 
@@ -177,8 +194,8 @@ class RunWriter:
         if self._mission is None or self._summary is not None:
             return
         self._flush()
-        if self.folder is not None:
-            self._write_data({})
+        if self.folder is not None and not self._parts:
+            self._write_data(self.folder, {})
 
     def run(self) -> Run:
         """The run, as far as it is recorded.
@@ -204,29 +221,36 @@ class RunWriter:
         )
 
     def _flush(self) -> None:
-        """Turn the chunk into a part of each table. Repeating an interrupted flush is harmless."""
+        """Turn the chunk into a part. Repeating an interrupted flush is harmless."""
         if self._chunk is None or not self._chunk.length:
             return
-        if self._coverage_types is None:
-            self._coverage_types = self._chunk.coverage_types()
-        for table, frame in self._chunk.frames(self._coverage_types).items():
-            if self.folder is not None and self._parts:
-                write_part(self.folder, table, self._part, frame)
-            else:
-                frames = self._kept.setdefault(table, [])
-                frames[self._part :] = [frame]
+        frames = self._chunk.frames()
+        if self.folder is not None and self._parts:
+            file = self.folder / "parts" / f"{self._part:06d}.zip"
+            with contextlib.suppress(OSError):  # If it cannot be made, the next line says why.
+                file.parent.mkdir(exist_ok=True)
+            table_files.write_archive(file, frames, durable=False)
+        else:
+            for table, frame in frames.items():
+                self._kept.setdefault(table, [])[self._part :] = [frame]
         self._part += 1
         self._chunk.clear()
 
-    def _write_data(self, final_map: Mapping[str, Any]) -> None:
-        """Give the tables, and the final map if there is one, the files in which they stay."""
-        assert self.folder is not None
-        if not self._parts:  # All steps were one chunk.
-            write_at_once(self.folder, {t: f[0] for t, f in self._kept.items()}, final_map)
-            return
-        if final_map:
-            write_whole(self.folder / "map.npz", zipped(array_files(final_map)))
-        join_parts(self.folder, self._tables)
+    def _write_data(self, folder: Path, arrays: Mapping[str, Any]) -> dict[str, str]:
+        """Give the tables and the final map the files in which they stay; returns checksums."""
+        if self._parts:
+            sums: dict[str, str] = {}
+            for table in self._facts["tables"]:
+                joined = table_files.join_parts(folder, table)
+                sums |= table_files.write_tables(folder, {table: joined})
+            sums[table_files.MAP] = table_files.write_archive(folder / table_files.MAP, {}, arrays)
+            return sums
+        frames = {table: frames[0] for table, frames in self._kept.items()}
+        measured = frames.pop("timing", None)
+        if measured is not None:
+            table_files.write_archive(folder / table_files.TIMING, {"timing": measured})
+        table_files.write_archive(folder / table_files.DATA, frames, arrays)
+        return {}  # Archives hold their own.
 
 
 def _written_by() -> dict[str, Any]:
@@ -234,7 +258,3 @@ def _written_by() -> dict[str, Any]:
     from swarmscout.mission.mission import RULES_VERSION
 
     return {"version": package_version(), "rules_version": RULES_VERSION}
-
-
-def _json(data: Mapping[str, Any]) -> bytes:
-    return (json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()

@@ -16,7 +16,7 @@ from swarmscout.reproduction.reasoning import reasoning
 from swarmscout.studies.report import write_pages
 from swarmscout.studies.report_elements import Block, Code, Heading, Text
 
-__all__ = ["FIGURES", "PaperFigure", "command_of", "figures_named", "reproduce"]
+__all__ = ["PAPER_FIGURES", "PaperFigure", "command_of", "figures_named", "reproduce"]
 
 
 @dataclass(frozen=True)
@@ -24,15 +24,15 @@ class PaperFigure:
     """A figure of the paper.
 
     Attributes:
-        title: what it shows.
-        make: makes its blocks.
+        title: of its page.
+        make: makes the content of its page.
     """
 
     title: str
     make: Callable[[Options], list[Block]]
 
 
-FIGURES: dict[str, PaperFigure] = {
+PAPER_FIGURES: dict[str, PaperFigure] = {
     "sensor": PaperFigure("The ray sensor (Fig. 1a)", sensing.sensor),
     "gridmap": PaperFigure("The occupancy grid (Fig. 1b)", sensing.gridmap),
     "team-formation": PaperFigure("Self-organized teams (Fig. 2)", missions.team_formation),
@@ -41,46 +41,46 @@ FIGURES: dict[str, PaperFigure] = {
         "Explored area: LLM and baseline (Fig. 4)", comparing.llm_vs_baseline
     ),
     "reasoning": PaperFigure("One decision in full (Fig. 5)", reasoning),
-    "target-stats": PaperFigure("What kind of cells are chosen (Fig. 6)", comparing.target_stats),
+    "target-stats": PaperFigure("Properties of chosen cells (Fig. 6)", comparing.target_stats),
     "scale-50": PaperFigure("50 robots (Fig. 7)", missions.scale_50),
     "scale-100": PaperFigure("100 robots (Fig. 8)", missions.scale_100),
 }
 
 
 def figures_named(name: str) -> list[str]:
-    """One figure, or every one for ``all``.
+    """One figure, or all of them for ``all``.
 
     Raises:
-        StudyError: there is no such figure.
+        StudyError: the figure does not exist.
     """
     if name == "all":
-        return list(FIGURES)
-    if name not in FIGURES:
+        return list(PAPER_FIGURES)
+    if name not in PAPER_FIGURES:
         raise StudyError(
-            f"the paper has no figure '{name}': {did_you_mean(name, [*FIGURES, 'all'])}"
+            f"the paper has no figure '{name}': {did_you_mean(name, [*PAPER_FIGURES, 'all'])}"
         )
     return [name]
 
 
 def reproduce(
-    names: Sequence[str], options: Options, told: Callable[[str, Path], None]
+    names: Sequence[str], options: Options, on_page: Callable[[str, Path], None]
 ) -> list[tuple[str, list[Block]]]:
-    """Reproduce figures, each with a page of its own in a folder of its name.
+    """Reproduce figures, each on a page in a folder of its name.
 
     Args:
-        names: of :data:`FIGURES`.
-        options: ``out`` is the folder of all of them.
-        told: called with each figure's name and page when it is there.
+        names: of :data:`PAPER_FIGURES`.
+        options: ``out`` is the folder of all figures.
+        on_page: called with each figure's name and page once it is written.
 
     Returns:
-        What stands on the pages.
+        The content of the pages, by figure.
 
     Raises:
         SwarmscoutError: a mission cannot be run, or a page cannot be written.
     """
     pages = []
     for name in names:
-        figure = FIGURES[name]
+        figure = PAPER_FIGURES[name]
         its = replace(options, out=options.out / name)
         its.out.mkdir(parents=True, exist_ok=True)
         blocks = figure.make(its)
@@ -90,13 +90,13 @@ def reproduce(
             [Heading(figure.title, 1), *blocks, *_how(name, options)],
             name="page",
         )
-        told(name, page)
+        on_page(name, page)
         pages.append((name, blocks))
     return pages
 
 
 def command_of(name: str, options: Options) -> str:
-    """What makes a figure, as it is typed."""
+    """The command that makes a figure."""
     counts = " --quick" if options.quick else ""
     if options.caves is not None:
         counts += f" --caves {options.caves}"

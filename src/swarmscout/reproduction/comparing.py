@@ -1,4 +1,4 @@
-"""The paper's comparisons: explored area, and what kind of cells are chosen."""
+"""The paper's comparisons: explored area, and properties of chosen cells."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def llm_vs_baseline(options: Options) -> list[Block]:
     figure = curves_figure(
         arms, areas, study.compared.labels, [axis.name for axis in study.settings]
     )
-    figure.suptitle(f"“LLM” {said_of(options)}", fontsize="small")
+    figure.suptitle(f"“LLM” {said_of(options)}", fontsize="small", parse_math=False)
     rule = options.selector.rpartition(":")[2]
     pairs = compare(study, frame)
     world = study.missions[0].world_seed
@@ -41,7 +41,7 @@ def llm_vs_baseline(options: Options) -> list[Block]:
     few = compare(study, five)
     worlds = frame["world_seed"].n_unique()
     caves = f"{worlds} caves" if worlds > 1 else "one cave"
-    told = "; ".join(
+    ratios = "; ".join(
         f"{p.setting[0]}: {with_interval(p.ratio)} times the baseline"
         for p in pairs
         if str(p.label) == rule
@@ -53,7 +53,7 @@ def llm_vs_baseline(options: Options) -> list[Block]:
         Text(
             "**The paper:** with N = 15 and 300 steps the LLM-based method explores about 20 % "
             "more than the baseline, the mean of five trials in one cave, with 20 steps of warm-up."
-            f" **Here:** “LLM” {said_of(options)}. {told}."
+            f" **Here:** “LLM” {said_of(options)}. {ratios}."
         ),
         Picture(
             "llm-vs-baseline", figure,
@@ -64,8 +64,8 @@ def llm_vs_baseline(options: Options) -> list[Block]:
         *whole,
         Heading(f"The paper's design: {study.declared.trials} trials in one cave", 3),
         Text(
-            f"The first cave alone (world seed {world}). With so few pairs the paired test cannot "
-            "come below 0.05: five trials show a tendency and no more."
+            f"The first cave alone (world seed {world}). With five pairs the paired test "
+            "cannot come below 0.05: five trials show a tendency and no more."
         ),
         _ratios(few),
         Text("The whole study, with every pair: `study/report.html` in this figure's folder."),
@@ -83,7 +83,7 @@ def _ratios(pairs: Sequence[Pairs]) -> Table:
     return Table(["start", "rule", "pairs", "times baseline", "difference (m²)", "p"], rows, 2)
 
 
-_FEATURES = {
+_CELL_MEASURES = {
     "frontier_neighbours": "frontier cells among 8 neighbours",
     "obstacle_neighbours": "obstacle cells among 8 neighbours",
     "distance_m": "distance from the leader (m)",
@@ -97,7 +97,7 @@ def target_stats(options: Options) -> list[Block]:
     chosen = _decisions(study)
     labels = [str(label) for label in study.compared.labels]
     figure = Figure(figsize=(10.0, 3.3), layout="constrained")
-    for at, (column, told) in enumerate(_FEATURES.items()):
+    for at, (column, name) in enumerate(_CELL_MEASURES.items()):
         axes = figure.add_subplot(1, 3, at + 1)
         last = 8.0 if at < 2 else float(np.ceil(chosen["distance_m"].quantile(0.99) or 1.0))
         edges = np.arange(-0.5, 9.0) if at < 2 else np.linspace(0.0, last, 25)
@@ -108,16 +108,16 @@ def target_stats(options: Options) -> list[Block]:
                 share / max(1, len(values)), edges, label=label, linewidth=1.6,
                 fill=index == 0, alpha=0.35 if index == 0 else 1.0, **style_of(2 * index + 1),
             )  # fmt: skip
-        axes.set(xlabel=told, ylabel="share of decisions" if at == 0 else "")
+        axes.set(xlabel=name, ylabel="share of decisions" if at == 0 else "")
     axes.legend(frameon=False, fontsize="small")
-    figure.suptitle(f"Chosen cells; “LLM” {said_of(options)}", fontsize="small")
+    figure.suptitle(f"Chosen cells; “LLM” {said_of(options)}", fontsize="small", parse_math=False)
     rows = [
         [
-            told,
+            name,
             *[with_interval(_mean(chosen, label, column)) for label in labels],
             with_interval(_difference(chosen, labels, column), sign=True),
         ]
-        for column, told in _FEATURES.items()
+        for column, name in _CELL_MEASURES.items()
     ]
     return [
         Text(
@@ -127,7 +127,7 @@ def target_stats(options: Options) -> list[Block]:
         ),
         Picture(
             "target-stats", figure,
-            "What chosen cells are like: (a) frontier cells and (b) obstacle cells among the 8 "
+            "Properties of chosen cells: (a) frontier cells and (b) obstacle cells among the 8 "
             f"neighbours, (c) straight distance from the leader. “LLM” {said_of(options)}.",
         ),
         Table(["mean over missions", *labels, "difference"], rows),
@@ -143,7 +143,7 @@ def _decisions(study: Study) -> pl.DataFrame:
     ).iter_rows():
         table = read_table(study.folder.run(name), "decisions").filter(pl.col("cell").is_not_null())
         found.append(
-            table.select(*_FEATURES).with_columns(
+            table.select(*_CELL_MEASURES).with_columns(
                 pl.lit(str(rule)).alias("rule"),
                 pl.lit(world).alias("world"),
                 pl.lit(seed).alias("seed"),

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import polars as pl
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from swarmscout.core.enums import FREE
 from swarmscout.recording.run import Run
-from swarmscout.reproduction.drawing import draw_map, draw_robots, known_window, robots_at
 from swarmscout.reproduction.options import Options, run_mission, said_of
 from swarmscout.studies.report_elements import Block, Picture, Table, Text
-from swarmscout.viewing.map_picture import labels_at
+from swarmscout.viewing.drawing import add_legend, draw_map, draw_swarm, show_image
+from swarmscout.viewing.palette import DARK, LIGHT, rgb
+from swarmscout.viewing.replay import Moment, Replay
 
 __all__ = ["baseline", "scale_50", "scale_100", "team_formation"]
 
@@ -28,17 +29,13 @@ def team_formation(options: Options) -> list[Block]:
     robot, left = _first_to_charge(run)
     before, after = max(0, left - 10), min(run.last_step, left + 10)
     figure = Figure(figsize=(9.6, 5.0), layout="constrained")
-    windows = [known_window(run, step) for step in (before, after)]
-    window = (
-        min(w[0] for w in windows), max(w[1] for w in windows),
-        min(w[2] for w in windows), max(w[3] for w in windows),
-    )  # fmt: skip
+    replay = Replay(run)
     for at, step in enumerate((before, after)):
         axes = figure.add_subplot(1, 2, at + 1)
-        draw_map(axes, run, step, window)
-        draw_robots(axes, run, step, teams=True, destinations=False)
+        draw_map(axes, replay, replay.moment(step), size=6.0, destinations=False)
         axes.set_title(f"step {step}", fontsize="small")
-    sizes = _sizes(run, after)
+    add_legend(figure, axes, 6)
+    sizes = sorted((len(team.members) for team in replay.moment(after).teams), reverse=True)
     joins = run.events.filter(pl.col("kind") == "join").height
     return [
         Text(
@@ -49,8 +46,8 @@ def team_formation(options: Options) -> list[Block]:
         ),
         Picture(
             "team-formation", figure,
-            f"Teams (red circles) before and after robot {robot}, then green, leaves to charge at "
-            "the green station. Robots without a circle are on their own.",
+            f"Teams (circles) before and after robot {robot}, then green, leaves to charge at the "
+            "green station. Robots without a circle are alone.",
         ),
         Table(
             ["over the whole mission", ""],
@@ -71,18 +68,18 @@ def baseline(options: Options) -> list[Block]:
     run = run_mission(options, "run", {"robots": robots, "steps": last, "seed": 0})
     moments = [last // 15, last // 3, 2 * last // 3, last]
     figure = Figure(figsize=(9.6, 7.6), layout="constrained")
-    window = known_window(run, last)
-    area = run.coverage["explored_m2"]
+    replay = Replay(run)
+    area = replay.explored_m2
     for at, step in enumerate(moments):
         axes = figure.add_subplot(2, 2, at + 1)
-        draw_map(axes, run, step, window)
-        draw_robots(axes, run, step)
+        draw_map(axes, replay, replay.moment(step), size=4.0, teams=False)
         axes.set_title(f"step {step}: {area[step]:.0f} m² explored", fontsize="small")
-    told = ", ".join(f"{area[step]:.0f} m² at step {step}" for step in moments)
+    add_legend(figure, axes, 7)
+    areas = ", ".join(f"{area[step]:.0f} m² at step {step}" for step in moments)
     return [
         Text(
             "**The paper:** with the baseline the explored free area grows while teams form and "
-            f"dissolve. **Here:** {told}: {_summary(run)['explored_fraction']:.1%} of what is "
+            f"dissolve. **Here:** {areas}: {_summary(run)['explored_fraction']:.1%} of what is "
             f"reachable in `{run.scenario.world}`. From one place the baseline is slow: the "
             "comparison with other rules says how slow."
         ),
@@ -99,7 +96,8 @@ def scale_50(options: Options) -> list[Block]:
     robots, steps = (12, 60) if options.quick else (50, 400)
     run = run_mission(options, "run", {"robots": robots, "steps": steps, **_WIDE})
     figure = Figure(figsize=(8.4, 7.0), layout="constrained")
-    _draw_truth(figure.add_subplot(), run, run.last_step)
+    replay = Replay(run)
+    _draw_truth(figure.add_subplot(), replay, replay.moment(replay.last))
     return [
         Text(
             "**The paper:** 50 robots explore a wide area by the baseline; black is the lava tube, "
@@ -119,13 +117,14 @@ def scale_100(options: Options) -> list[Block]:
     robots, steps = (16, 50) if options.quick else (100, 400)
     run = run_mission(options, "run", {"robots": robots, "steps": steps, **options.keys, **_WIDE})
     figure = Figure(figsize=(11.0, 5.6), layout="constrained")
-    _draw_truth(figure.add_subplot(1, 2, 1), run, run.last_step)
+    replay = Replay(run)
+    moment = replay.moment(replay.last)
+    _draw_truth(figure.add_subplot(1, 2, 1), replay, moment)
     axes = figure.add_subplot(1, 2, 2)
-    draw_map(axes, run, run.last_step, known_window(run, run.last_step))
-    draw_robots(axes, run, run.last_step, size=2.5)
-    figure.suptitle(f"N = {robots}, {said_of(options)}", fontsize="medium")
-    robots_now = robots_at(run, run.last_step)
-    teams = len(np.unique(robots_now["team"][robots_now["mode"] == "EXP"]))
+    draw_map(axes, replay, moment, size=2.5, teams=False)
+    add_legend(figure, axes, 7)
+    figure.suptitle(f"N = {robots}, {said_of(options)}", fontsize="medium", parse_math=False)
+    teams = len(moment.teams)
     return [
         Text(
             "**The paper:** 100 robots, teams led by a language model; the simulator, and beside "
@@ -142,20 +141,17 @@ def scale_100(options: Options) -> list[Block]:
     ]  # fmt: skip
 
 
-def _draw_truth(axes, run: Run, step: int) -> None:  # type: ignore[no-untyped-def]
-    """The tube in black, what the swarm knows to be free of it bright, robots as red dots."""
-    world = run.world()
-    known = labels_at(run, step) == FREE
-    centres = world.frame.centres_of(np.argwhere(world.free > 0))
-    cells = run.frame.cells_of(centres)
-    picture = np.full((*world.free.shape, 3), 0.55)
+def _draw_truth(axes: Axes, replay: Replay, moment: Moment) -> None:
+    """The tube in black, the part of it that the swarm has mapped bright, and the robots."""
+    run, world = replay.run, replay.run.world()
     rows, columns = np.nonzero(world.free)
-    picture[rows, columns] = 0.0
-    bright = known[cells[:, 0], cells[:, 1]]
-    picture[rows[bright], columns[bright]] = (0.93, 0.9, 0.78)
-    axes.imshow(picture, origin="lower", extent=world.extent, interpolation="nearest")
-    axes.tick_params(labelsize="x-small")
-    draw_robots(axes, run, step, destinations=False, size=3.0)
+    cells = run.frame.cells_of(world.frame.centres_of(np.column_stack([rows, columns])))
+    mapped = moment.labels[cells[:, 0], cells[:, 1]] == FREE
+    image = np.full((*world.free.shape, 3), rgb(LIGHT.unknown), dtype=np.uint8)
+    image[rows, columns] = rgb(LIGHT.occupied)
+    image[rows[mapped], columns[mapped]] = rgb(DARK.ground_high)
+    show_image(axes, world.frame, image)
+    draw_swarm(axes, moment, run.stations_m, size=3.0, teams=False, destinations=False)
 
 
 def _first_to_charge(run: Run) -> tuple[int, int]:
@@ -167,12 +163,6 @@ def _first_to_charge(run: Run) -> tuple[int, int]:
     if not chosen.height:
         return 0, run.last_step
     return int(chosen["robot"][0]), int(chosen["step"][0])
-
-
-def _sizes(run: Run, step: int) -> list[int]:
-    robots = robots_at(run, step)
-    exploring: NDArray[np.int64] = robots["team"][robots["mode"] == "EXP"]
-    return sorted(np.unique(exploring, return_counts=True)[1].tolist(), reverse=True)
 
 
 def _summary(run: Run) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""How a figure is reproduced: in full or in small, and by which rule."""
+"""Options of a reproduction: full or quick, and the selector in the language model's place."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from swarmscout.studies.study import Study
 __all__ = ["LLM_LIKE", "Options", "RunStudy", "run_mission", "said_of", "study_named"]
 
 LLM_LIKE = "llm-like"
-"""Stands for the language model where none is named: a formula of the reasons the paper reports."""
+"""The selector in the language model's place by default: a formula of the paper's reasons."""
 
 _CONTROLS = {"llm-shortlist": ("shortlist-random",)}
 
@@ -25,15 +25,15 @@ RunStudy = Callable[[Study], Any]
 
 @dataclass(frozen=True)
 class Options:
-    """What is wanted.
+    """Options of a reproduction.
 
     Attributes:
         out: the folder of this figure.
         run_study: runs a study to its end.
-        quick: small counts, to see that everything works: no numbers to be shown.
-        caves: how many of a study's caves, the first ones; None: all.
+        quick: small counts, to check that everything works; the numbers mean nothing.
+        caves: use the first caves of a study only; None: all.
         selector: in the place of the paper's language model.
-        llm: scenario keys that say which language model answers it, for one that asks.
+        llm: scenario keys of the language model, for a selector that asks one.
     """
 
     out: Path
@@ -50,22 +50,22 @@ class Options:
 
 
 def said_of(options: Options) -> str:
-    """What the title of a figure must say of whoever stood in the language model's place."""
+    """Words for titles: the selector in the language model's place."""
     rule = options.selector.rpartition(":")[2]
-    told = f"by {rule}"
+    words = f"by {rule}"
     if options.selector == LLM_LIKE:
-        told = f"by {rule}, a formula of the paper's reasons: no language model was asked"
+        words = f"by {rule}, a formula of the paper's reasons: no language model was asked"
     elif options.llm:
-        told += f", asking {options.llm.get('llm.model') or options.llm['llm.provider']}"
-    return told + (" (quick: small counts, no result)" if options.quick else "")
+        words += f", asking {options.llm.get('llm.model') or options.llm['llm.provider']}"
+    return words + (" (quick: small counts, no result)" if options.quick else "")
 
 
 def run_mission(options: Options, name: str, keys: Mapping[str, Any]) -> Run:
-    """Run a mission of the scenario "paper" and keep it whole; one that is there is opened.
+    """Run a mission of the scenario "paper", or open it if it was run before.
 
     Args:
-        options: where to.
-        name: of its folder.
+        options: of the reproduction.
+        name: of the run's folder.
         keys: scenario keys.
     """
     scenario = load_scenario("paper", keys)
@@ -79,13 +79,13 @@ def run_mission(options: Options, name: str, keys: Mapping[str, Any]) -> Run:
 
 
 def study_named(options: Options, name: str) -> Study:
-    """A study of this room, with the wanted rule in the language model's place, not run yet."""
+    """A study of the paper, with the chosen selector in the language model's place; not run yet."""
     text = (resources.files("swarmscout.reproduction") / "studies" / f"{name}.toml").read_text(
         encoding="utf-8"
     )
     options.out.mkdir(parents=True, exist_ok=True)
     file = options.out / f"{name}.toml"
-    # What a model adds to a shortlist shows beside a random pick from the same shortlist.
+    # A random pick from the same shortlist is the control of a model that picks from one.
     arms = [options.selector, *_CONTROLS.get(options.selector, ())]
     named = ", ".join(f'"{arm}"' for arm in arms)
     file.write_text(text.replace(f'"{LLM_LIKE}"', named), encoding="utf-8")

@@ -1,7 +1,8 @@
-"""One decision in full: candidates, features, comparison and choice, beside the map."""
+"""Fig. 5: one decision in full: candidates, their properties and the choice, beside the map."""
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,31 +14,28 @@ from numpy.typing import NDArray
 from swarmscout.destinations.asking import AskingSelector, Talk
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.destinations.view import LeaderView
+from swarmscout.mission.build import make_rule
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario_files import load_scenario
 from swarmscout.reproduction.options import Options, said_of
-from swarmscout.studies.report_elements import Block, Picture, Table, Text
-from swarmscout.viewing.map_picture import (
-    DESTINATION_PURPLE,
-    FREE_WHITE,
-    FRONTIER_GREEN,
-    OCCUPIED_BLACK,
-    UNKNOWN_GRAY,
-    frontier_cells,
-)
+from swarmscout.studies.report_elements import Block, Code, Picture, Table, Text
+from swarmscout.viewing.drawing import show_image
+from swarmscout.viewing.map_image import map_image, window_round
+from swarmscout.viewing.palette import LIGHT
+from swarmscout.viewing.player.page_text import page_text
 
 __all__ = ["reasoning"]
 
 
 @dataclass
-class _Watched:
-    """A selector whose decisions are kept: the view as it was, and the choice."""
+class _Recorded:
+    """A selector that keeps its decisions: the view as it was, and the choice."""
 
     rule: Selector
     kept: list[tuple[LeaderView, Choice, dict[str, Any]]] = field(default_factory=list)
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
-        """What the rule chooses."""
+        """The rule's choice."""
         return self._kept(view, self.rule.choose(view, memory))
 
     def _kept(self, view: LeaderView, choice: Choice) -> Choice:
@@ -59,7 +57,7 @@ class _Watched:
 
 
 @dataclass
-class _WatchedAsking(_Watched):
+class _RecordedAsking(_Recorded):
     """The same of a selector that asks a language model."""
 
     rule: AskingSelector
@@ -72,27 +70,27 @@ class _WatchedAsking(_Watched):
 
 
 def reasoning(options: Options) -> list[Block]:
-    """The decision of a mission that has most to weigh: not the nearest cell, others around."""
+    """One decision of a mission with much to weigh: not the nearest cell, other teams around."""
     robots, steps = (8, 40) if options.quick else (15, 120)
     scenario = load_scenario(
         "paper",
         {"robots": robots, "steps": steps, "seed": 0, **options.keys},
     )
-    mission = Mission(scenario)
-    rule = mission.destinations.selector
-    watched = _WatchedAsking(rule) if isinstance(rule, AskingSelector) else _Watched(rule)
-    mission.destinations.selector = watched
+    rule = make_rule(scenario, None)
+    recorded = _RecordedAsking(rule) if isinstance(rule, AskingSelector) else _Recorded(rule)
+    mission = Mission(scenario, selector=recorded)
     try:
         mission.run()
     finally:
         mission.close()
     # Decisions of the second half: there is a map to reason about.
-    late = [kept for kept in watched.kept if kept[0].step > steps // 2] or watched.kept
+    late = [kept for kept in recorded.kept if kept[0].step > steps // 2] or recorded.kept
     view, choice, facts = max(late, key=_interest)
     shown = _candidates(facts)
     figure = Figure(figsize=(6.4, 5.6), layout="constrained")
     _draw(figure, view, facts, shown)
-    figure.suptitle(f"A decision {said_of(options)}", fontsize="small")
+    title = textwrap.fill(f"A decision {said_of(options)}", 76)
+    figure.suptitle(title, fontsize="small", parse_math=False)
     return [
         Text(
             "**The paper:** the language model lists candidates, weighs nearness, other teams' "
@@ -108,7 +106,8 @@ def reasoning(options: Options) -> list[Block]:
             "their targets (blue rings), numbered candidates, and the choice (purple).",
         ),
         _table(facts, shown),
-        Text(f"In its own words: “{choice.reason}”."),
+        Text("The reason that the selector gave:"),
+        Code(page_text(choice.reason).replace("```", "'''")),
     ]  # fmt: skip
 
 
@@ -132,8 +131,8 @@ def _candidates(facts: dict[str, Any]) -> list[int]:
     return list(dict.fromkeys(index for order in orders for index in order))[:8]
 
 
-def _to_others(view_facts: dict[str, Any], points: NDArray[np.float64]) -> NDArray[np.float64]:
-    targets = view_facts["destinations"][np.isfinite(view_facts["destinations"][:, 0])]
+def _to_others(facts: dict[str, Any], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    targets = facts["destinations"][np.isfinite(facts["destinations"][:, 0])]
     if not len(targets):
         return np.full(len(points), np.nan)
     gaps = points[:, None] - targets[None]
@@ -165,24 +164,23 @@ def _table(facts: dict[str, Any], shown: list[int]) -> Table:
 def _draw(figure: Figure, view: LeaderView, facts: dict[str, Any], shown: list[int]) -> None:
     axes = figure.add_subplot()
     labels = facts["labels"]
-    picture = np.array([UNKNOWN_GRAY, FREE_WHITE, OCCUPIED_BLACK])[labels]
-    picture[frontier_cells(labels)] = FRONTIER_GREEN
-    axes.set_facecolor(UNKNOWN_GRAY)
-    axes.imshow(picture, origin="lower", extent=view.frame.extent, interpolation="nearest")
-    axes.plot(*view.members_m.T, "o", color="#e3211c", markersize=5, markeredgecolor="white")
-    axes.plot(*facts["positions"].T, "s", color="#0072b2", markersize=5, markeredgecolor="white")
-    axes.plot(*facts["destinations"].T, "o", color="#0072b2", markersize=9, fillstyle="none")
+    show_image(axes, view.frame, map_image(labels))
+    axes.plot(*view.members_m.T, "o", color=LIGHT.explore, markersize=5, markeredgecolor="white")
+    axes.plot(
+        *facts["positions"].T, "s", color=LIGHT.stranded, markersize=5, markeredgecolor="white"
+    )
+    axes.plot(*facts["destinations"].T, "o", color=LIGHT.stranded, markersize=9, fillstyle="none")
     facts["apart"] = _to_others(facts, view.frontiers_m)
     cell = view.frame.cell_m
     for at, index in enumerate(shown):
         x, y = view.frontiers_m[index]
         chosen = index == facts["chosen"]
-        colour = DESTINATION_PURPLE if chosen else "#e69f00"
+        colour = LIGHT.destination if chosen else LIGHT.selected
         axes.add_patch(
             Rectangle((x - cell / 2, y - cell / 2), cell, cell, fill=False, linewidth=1.8,
                       edgecolor=colour, zorder=5)
         )  # fmt: skip
         axes.text(x, y, str(at + 1), ha="center", va="center", fontsize="medium", zorder=6)
     points = np.concatenate([view.members_m, view.frontiers_m[shown]])
-    (left, bottom), (right, top) = points.min(axis=0) - 2.5, points.max(axis=0) + 2.5
+    left, right, bottom, top = window_round(points, 2.5)
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x (m)", ylabel="y (m)")

@@ -1,79 +1,57 @@
-"""Fig. 1: the ray sensor, and the grid map that it makes."""
+"""Fig. 1: the ray sensor, and the occupancy grid that it makes."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
-from swarmscout.mission.mission import Mission
-from swarmscout.mission.scenario_files import load_scenario
-from swarmscout.reproduction.drawing import draw_probabilities, draw_robots, known_window
 from swarmscout.reproduction.options import Options, run_mission
 from swarmscout.robots.bodies import TICKS
 from swarmscout.studies.report_elements import Block, Picture, Text
+from swarmscout.viewing.drawing import add_legend, draw_swarm, show_image
+from swarmscout.viewing.map_image import frontier_cells
+from swarmscout.viewing.mission_figures.sensor import Scans, sensor_figure
+from swarmscout.viewing.palette import LIGHT, rgb
+from swarmscout.viewing.replay import Replay
 
 __all__ = ["gridmap", "sensor"]
 
 
 def sensor(options: Options) -> list[Block]:
-    """Fig. 1a: nine rays over 70° to both sides, 1 m long, where a robot stands in the mission."""
-    scenario = load_scenario(
-        "paper", {"robots": 15, "world": "lava-maze", "start": "spread", "destinations": "nearest"}
-    )
-    mission = Mission(scenario)
-    best, pose, ranges = -1.0, None, None
-    # The moment at which rays meet walls farthest off, so that the figure has something to show.
-    for _ in range(20 if options.quick else 120):
-        before = mission.bodies.pose.copy()
-        mission.step()
-        scan = mission.sensing.last
-        met = np.isfinite(scan.ranges)
-        reached = np.where(met, scan.ranges, 0.0).sum(axis=1)
-        reached[met.sum(axis=1) > met.shape[1] - 2] = 0.0  # Free rays are to be seen, too.
+    """Fig. 1a: nine rays over 70° to both sides, 1 m long, at a robot's place in the mission."""
+    steps = 20 if options.quick else 120
+    keys = {"world": "lava-maze", "start": "spread", "destinations": "nearest"}
+    run = run_mission(options, "run", {"robots": 15, "steps": steps, **keys})
+    replay, scenario = Replay(run), run.scenario
+    scans = Scans(replay)
+    best, shown = -1.0, None
+    # The scan whose rays meet walls farthest off, with free rays among them.
+    for step in range(1, steps + 1):
+        scan, place, heading = scans.at(step)
+        ranges = scan.ranges
+        met = np.isfinite(ranges)
+        reached = np.where(met, ranges, 0.0).sum(axis=1)
+        reached[met.sum(axis=1) > met.shape[1] - 2] = 0.0
         robot = int(reached.argmax())
         if reached[robot] > best:
-            best, pose = float(reached[robot]), before[robot]
-            ranges = scan.ranges[robot]
-    assert pose is not None
-    assert ranges is not None
-    figure = Figure(figsize=(4.6, 4.6), layout="constrained")
-    axes = figure.add_subplot()
-    world = mission.world
-    axes.imshow(
-        world.free, origin="lower", extent=world.extent, cmap="gray", vmin=-0.6, vmax=1.0,
-        interpolation="nearest",
-    )  # fmt: skip
-    x, y, heading = pose
-    for tick, measured in zip(scan.directions.tolist(), ranges, strict=True):
-        angle = 2.0 * math.pi * tick / TICKS
-        length = measured if math.isfinite(measured) else scan.max_range_m
-        end = x + length * math.cos(heading + angle), y + length * math.sin(heading + angle)
-        colour = "#d55e00" if math.isfinite(measured) else "#0072b2"
-        axes.plot([x, end[0]], [y, end[1]], color=colour, linewidth=1.3)
-        if math.isfinite(measured):
-            axes.plot(*end, marker="o", markersize=5, color=colour)
-    radius = scenario.body.radius_m
-    axes.add_patch(Circle((x, y), radius, color="#e3211c", zorder=4))
-    axes.plot(
-        [x, x + radius * math.cos(heading)], [y, y + radius * math.sin(heading)], color="white",
-        zorder=5,
-    )  # fmt: skip
-    axes.set(xlim=(x - 1.5, x + 1.5), ylim=(y - 1.5, y + 1.5), xlabel="x (m)", ylabel="y (m)")
+            best = float(reached[robot])
+            shown = step, robot, (scan, place[robot], int(heading[robot]))
+    assert shown is not None
+    figure = sensor_figure(replay, *shown, truth=True)
+    scan = shown[2][0]
+    ranges = scan.ranges[shown[1]]
     return [
         Text(
             f"**The paper:** a robot of 0.3 m with nine rays, 70° to the left and right, at most "
             f"1 m long. **Here:** {len(ranges)} rays over "
-            f"±{360.0 * scan.directions.max() / TICKS:g}°, {scan.max_range_m:g} m, "
-            f"a robot of {2 * radius:g} m; one scan of a mission in "
-            f"`{world.name}` (seed {scenario.seed}), in which "
+            f"±{360.0 * scan.directions.max() / TICKS:g}°, {scan.max_range_m:g} m, a robot of "
+            f"{2 * scenario.body.radius_m:g} m; one scan of a mission in "
+            f"`{run.world().name}` (seed {scenario.seed}), in which "
             f"{int(np.isfinite(ranges).sum())} rays met a wall."
         ),
         Picture(
             "sensor", figure,
-            "The ray sensor: orange rays met the wall (dark), with measured ranges as dots; blue "
+            "The ray sensor: solid rays met the wall (black), with measured ranges as dots; dashed "
             "ones met nothing within range.",
         ),
     ]  # fmt: skip
@@ -84,13 +62,19 @@ def gridmap(options: Options) -> list[Block]:
     steps = (5, 15, 30) if options.quick else (10, 40, 100)
     keys = {"robots": 5, "steps": steps[-1], "world": "lava-maze", "destinations": "nearest"}
     run = run_mission(options, "run", keys)
-    window = known_window(run, steps[-1])
+    replay = Replay(run)
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
     for at, step in enumerate(steps):
         axes = figure.add_subplot(1, 3, at + 1)
-        draw_probabilities(axes, run, step, window)
-        draw_robots(axes, run, step)
+        moment = replay.moment(step)
+        free = 1.0 / (1.0 + np.exp(run.map_at(step) / 1000.0))
+        image = np.repeat(free[:, :, None], 3, axis=2)
+        edge = frontier_cells(moment.labels, run.scenario.map.frontier_neighbours)
+        image[edge] = np.array(rgb(LIGHT.frontier)) / 255.0 * (0.5 + 0.5 * free[edge][:, None])
+        show_image(axes, run.frame, image, replay.window())
+        draw_swarm(axes, moment, run.stations_m, size=4.0, teams=False)
         axes.set_title(f"step {step}", fontsize="small")
+    add_legend(figure, axes, 5, cells=False)
     grid = run.scenario.map
     return [
         Text(

@@ -31,8 +31,9 @@ def spend_or_charge(position, charge, alive, can, docking, stations, charger, ev
     Args:
         position: float64[N, 2]; charge: float64[N] in steps; alive: bool[N].
         can: CAPABILITIES[N]; docking: bool[N].
-        stations: float64[k, 2]; charger: CHARGER; events: see ``EventLog``.
+        stations: float64[k, 2]; charger: CHARGER[1]; events: see ``EventLog``.
     """
+    charger = charger[0]
     for i in range(position.shape[0]):
         if not alive[i]:
             continue

@@ -169,8 +169,9 @@ def move(free, position, heading, can, touch, action, first, neighbours, heading
         action: int64[N], codes STOP, FORWARD, LEFT, RIGHT; ignored where a robot cannot drive.
         first: int64[buckets], scratch, the first robot in each bucket; all -1 between steps.
         neighbours: NEIGHBOUR[N], scratch.
-        headings: float64[3600, 2] of (cos, sin); rules: MOTION; step: the current step.
+        headings: float64[3600, 2] of (cos, sin); rules: MOTION[1]; step: the current step.
     """
+    rules = rules[0]
     robots = position.shape[0]
     ticks = headings.shape[0]
     for i in range(robots):
@@ -243,7 +244,7 @@ class Motion:
         rows = math.ceil((top - bottom) / edge_m) + 1
         columns = math.ceil((right - left) / edge_m) + 1
         values = (left, bottom, world.resolution_m, edge_m, rows, columns)
-        self._rules = np.array([(*values, radius_m, forward_m, turn_ticks)], dtype=MOTION)[0]
+        self._rules = np.array([(*values, radius_m, forward_m, turn_ticks)], dtype=MOTION)
         self._free = world.free
         self._first = np.full(rows * columns, -1, dtype=np.int64)
         self._neighbours = np.zeros(robots, dtype=NEIGHBOUR)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, StudyError
 from swarmscout.mission.scenario import Scenario
+from swarmscout.recording.json_files import read_json
 from swarmscout.recording.table_files import read_table
 from swarmscout.studies.metrics import METRICS, SHARES
 from swarmscout.studies.plan import PlannedMission
@@ -165,11 +165,13 @@ def _measured(folder: Path, mission: PlannedMission, record: str) -> dict[str, A
 def _summary(folder: Path) -> dict[str, Any]:
     file = folder / "summary.json"
     try:
-        data: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        data = read_json(file)
+    except RunError:
+        data = None
+    if data is None:
         raise StudyError(
             f"'{file}' is missing or damaged: remove '{folder}' and run the study again"
-        ) from None
+        )
     return data
 
 

@@ -167,8 +167,9 @@ def leave_and_join(own, heard, listeners, groups, tally, step, rules, events):  
         own: MIND[N], written: team, leader, size; destination of those that leave.
         heard: BEACON[R, N]; listeners: int64[N]; groups: int64[A, 3]: see ``Knowledge``.
         tally: TALLY[N], scratch.
-        step: the current step; rules: TEAM_RULES; events: see ``EventLog``.
+        step: the current step; rules: TEAM_RULES[1]; events: see ``EventLog``.
     """
+    rules = rules[0]
     silence = rules.silence_steps
     for a in range(groups.shape[0]):
         row = heard[groups[a, 0]]
@@ -277,6 +278,7 @@ def elect_and_pick(own, heard, notices, listeners, groups, tally, step, rules, e
         notices: NOTICE[N], what robots said after leaving and joining.
         heard, listeners, groups, tally, step, rules, events: see :func:`leave_and_join`.
     """
+    rules = rules[0]
     for a in range(groups.shape[0]):
         row = heard[groups[a, 0]]
         leads = False
@@ -314,7 +316,7 @@ class TeamFormation:
         self._tally = np.zeros(robots, dtype=TALLY)
         self._rules = np.array(
             [(teams.d_join_m, teams.silence_steps, teams.leave_rule == "general")], dtype=TEAM_RULES
-        )[0]
+        )
 
     def reorganize(self, minds: Minds, knowledge: Knowledge, step: int, events: EventLog) -> None:
         """Let robots leave, join and elect, each by what it has heard."""

@@ -62,10 +62,11 @@ def count_near_frontiers(own, ear, status, grid, reach_m, counts):  # type: igno
     Args:
         own: MIND[N]; ear: int64[N], see ``Knowledge``.
         status: uint8[R, C'], see ``OccupancyGrids``.
-        grid: GRID, the grid's frame.
+        grid: GRID[1], the grid's frame.
         reach_m: from the robot to a cell's centre.
         counts: int64[N], written.
     """
+    grid = grid[0]
     for i in range(own.shape[0]):
         m = ear[i]
         # In cells, from the centre of cell (0, 0).

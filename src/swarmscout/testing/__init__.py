@@ -10,6 +10,7 @@ from swarmscout.testing.check_radio import check_radio
 from swarmscout.testing.check_selector import check_selector
 from swarmscout.testing.check_sensor import check_sensor
 from swarmscout.testing.check_task import check_task
+from swarmscout.testing.check_world_reader import check_world_reader
 from swarmscout.testing.harness import Guard, Report
 from swarmscout.testing.policy_situations import robots_view
 from swarmscout.testing.situations import Situation, leader_view, situations
@@ -25,6 +26,7 @@ __all__ = [
     "check_selector",
     "check_sensor",
     "check_task",
+    "check_world_reader",
     "leader_view",
     "robots_view",
     "situations",
@@ -37,5 +39,6 @@ CHECKS: Mapping[str, Callable[[Any], Report]] = {
     "sensor": check_sensor,
     "radio": check_radio,
     "task": check_task,
+    "world reader": check_world_reader,
 }
 """The conformance check of each kind of plug-in, which takes a plug-in or its name."""

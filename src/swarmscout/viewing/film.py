@@ -9,33 +9,27 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from swarmscout.core.enums import FREE
 from swarmscout.viewing import sprites
-from swarmscout.viewing.map_picture import frontier_cells
-from swarmscout.viewing.overview import DARK, Overview
+from swarmscout.viewing.map_image import Window, map_image
+from swarmscout.viewing.map_picture import short_name, world_name
+from swarmscout.viewing.overview import Overview
+from swarmscout.viewing.palette import DARK, RGB, rgb
 from swarmscout.viewing.relief import relief_of
 from swarmscout.viewing.replay import Moment, Replay
 
 __all__ = ["Film"]
 
-Colour = tuple[int, int, int]
 Place = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Points ``(x, y)`` [n, 2] in metres to pixels."""
 
-BACKGROUND, PANEL, TEXT, MUTED = (14, 17, 21), (22, 26, 32), (233, 229, 220), (141, 148, 157)
-EXPLORE, CHARGE, STRANDED = (255, 93, 79), (47, 208, 122), (127, 163, 207)
-DESTINATION, RING, CURVE = (185, 139, 255), (190, 187, 180), (255, 179, 92)
-ON_MAP = {
-    EXPLORE: (215, 38, 29), CHARGE: (0, 120, 58), STRANDED: (53, 96, 143),
-    DESTINATION: (122, 43, 214), RING: (90, 94, 100),
-}  # fmt: skip
-"""The same on the map's white and gray."""
-# Unknown, free, occupied, frontier (paper, Fig. 1).
-MAP_COLOURS = np.array([(158, 158, 158), (255, 255, 255), (0, 0, 0), (92, 212, 92)], dtype=np.uint8)
+BACKGROUND, PANEL, LINE = rgb(DARK.background), rgb(DARK.panel), rgb(DARK.line)
+TEXT, MUTED, CURVE = rgb(DARK.text), rgb(DARK.muted), rgb(DARK.accent)
+CURVE_AHEAD = (74, 62, 48)
+"""The part of the curve that lies in the future."""
 
 
 class Film:
-    """Draws frames.
+    """Draws the frames of a film.
 
     Args:
         replay: the run.
@@ -75,31 +69,26 @@ class Film:
         picture.paste(cave, self._cave_box[:2])
         picture.paste(self._map(moment), self._map_box[:2])
         draw = ImageDraw.Draw(picture)
-        told = f"step {step} of {self._replay.last}   {moment.explored_m2:.0f} m² explored"
-        draw.text((self._size[0] - 12, 14 * self._unit), told, TEXT, self._font, anchor="ra")
+        words = f"step {step} of {self._replay.last}   {moment.explored_m2:.0f} m² explored"
+        draw.text((self._size[0] - 12, 14 * self._unit), words, TEXT, self._font, anchor="ra")
         self._reveal_curve(picture, step)
         return picture
 
     def _map(self, moment: Moment) -> Image.Image:
-        labels = moment.labels.copy()
-        neighbours = self._replay.run.scenario.map.frontier_neighbours
-        labels[frontier_cells(moment.labels, neighbours)] = 3
-        assert FREE == 1
+        image = map_image(moment.labels, self._replay.run.scenario.map.frontier_neighbours, DARK)
         inside = (self._rows >= 0)[:, None] & (self._columns >= 0)[None, :]
-        shown = np.where(inside, labels[self._rows[:, None], self._columns[None, :]], 0)
-        picture = Image.fromarray(MAP_COLOURS[shown])
+        shown = image[self._rows[:, None], self._columns[None, :]]
+        picture = Image.fromarray(np.where(inside[..., None], shown, DARK.cells[0]))
         scale = self._map_scale
         left, top = self._map_corner
 
         def place(points: NDArray[np.float64]) -> NDArray[np.float64]:
             return np.column_stack([(points[:, 0] - left) * scale, (top - points[:, 1]) * scale])
 
-        self._swarm(picture, moment, place, scale, 1.0, ON_MAP)
+        self._swarm(picture, moment, place, scale, 1.0)
         return picture
 
-    def _map_cells(
-        self, window: tuple[float, float, float, float]
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64], float]:
+    def _map_cells(self, window: Window) -> tuple[NDArray[np.int64], NDArray[np.int64], float]:
         """The map's row and column at each line and column of its panel (-1: outside)."""
         left, right, bottom, top = window
         x0, y0, x1, y1 = self._map_box
@@ -121,18 +110,15 @@ class Film:
         return cells[0], cells[1], scale
 
     def _swarm(
-        self, picture: Image.Image, moment: Moment, place: Place, scale: float, flat: float,
-        instead: dict[Colour, Colour] | None = None,
-    ) -> None:  # fmt: skip
+        self, picture: Image.Image, moment: Moment, place: Place, scale: float, flat: float
+    ) -> None:
         """Stations, destinations, teams and robots over a picture."""
-        colour = (instead or {}).get
         unit, run = self._unit, self._replay.run
         size = max(3.6 * unit, run.scenario.body.radius_m * scale)
-        green = colour(CHARGE, CHARGE)
         for x, y in place(run.stations_m):
-            sprites.paste(picture, sprites.station(green, 7 * unit, (250, 248, 242)), x, y)
+            sprites.paste(picture, sprites.station(rgb(DARK.charge), 7 * unit, BACKGROUND), x, y)
         heading = [team for team in moment.teams if team.destination_m is not None]
-        violet = colour(DESTINATION, DESTINATION)
+        violet = rgb(DARK.destination)
         around = sprites.dot_ring(violet, max(5 * unit, 0.4 * scale), 1.5 * unit)
         for team in heading:
             assert team.destination_m is not None
@@ -143,13 +129,10 @@ class Film:
             if len(team.members) > 1:
                 across = max(6, round((team.radius_m + 0.45) * scale))
                 line = sprites.ring(
-                    colour(RING, RING), across, max(4, round(across * flat)), 1.4 * unit
+                    rgb(DARK.team), across, max(4, round(across * flat)), 1.4 * unit
                 )
                 sprites.paste(picture, line, *place(team.centre_m[None])[0])
-        marks = [
-            sprites.disc(colour(name, name), round(4 * size) / 4)
-            for name in (EXPLORE, CHARGE, STRANDED)
-        ]
+        marks = [sprites.disc(rgb(colour), round(4 * size) / 4) for colour in DARK.robots]
         kinds = np.where(moment.alive, moment.charging.astype(int), 2)
         for (x, y), kind in zip(place(moment.place_m), kinds.tolist(), strict=True):
             sprites.paste(picture, marks[kind], x, y)
@@ -158,17 +141,17 @@ class Film:
             sprites.paste(picture, sprites.star(round(3.2 * size) / 4), x, y)
 
     def _template(self) -> Image.Image:
-        """What does not change."""
+        """The part of a frame that does not change."""
         picture = Image.new("RGB", self._size, BACKGROUND)
         draw = ImageDraw.Draw(picture)
         scenario = self._replay.run.scenario
-        title = f"{scenario.world} · {scenario.destinations.rpartition(':')[2]}"
-        told = f"{title} · {scenario.robots} robots"
-        draw.text((14, 14 * self._unit), told, TEXT, self._font)
+        title = f"{world_name(self._replay.run)} · {short_name(scenario.destinations)}"
+        words = f"{title} · {scenario.robots} robots"
+        draw.text((14, 14 * self._unit), words, TEXT, self._font)
         return picture
 
     def _curve(self) -> tuple[Image.Image, Image.Image, tuple[int, int]]:
-        """The panel with the curve dim, with it bright, and the curve's first and last x."""
+        """The panel with a dim and with a bright curve, and the curve's first and last x."""
         x0, y0, x1, y1 = self._curve_box
         fine, unit = 3, self._unit
         width, height = x1 - x0, y1 - y0
@@ -179,10 +162,10 @@ class Film:
         x = left + (right - left) * np.arange(len(explored)) / max(1, len(explored) - 1)
         y = bottom - (bottom - top) * explored / high
         panels = []
-        for colour in ((74, 62, 48), CURVE):
+        for colour in (CURVE_AHEAD, CURVE):
             panel = Image.new("RGB", (width * fine, height * fine), PANEL)
             draw = ImageDraw.Draw(panel)
-            draw.line([left * fine, bottom * fine, right * fine, bottom * fine], (52, 58, 66), fine)
+            draw.line([left * fine, bottom * fine, right * fine, bottom * fine], LINE, fine)
             points = [(a * fine, b * fine) for a, b in zip(x.tolist(), y.tolist(), strict=True)]
             draw.line(points, colour, round(2.2 * unit * fine), joint="curve")
             panel = panel.resize((width, height), Image.Resampling.BOX)
@@ -211,13 +194,13 @@ class Film:
 
 
 def _font(pixels: float) -> ImageFont.FreeTypeFont:
-    """The font that comes with Matplotlib: it is there, and has a ²."""
+    """A font that comes with Matplotlib and has a ²."""
     from matplotlib import get_data_path
 
     return ImageFont.truetype(f"{get_data_path()}/fonts/ttf/DejaVuSans.ttf", round(pixels))
 
 
-def _dashes(picture: Image.Image, ends: NDArray[np.float64], colour: Colour, unit: float) -> None:
+def _dashes(picture: Image.Image, ends: NDArray[np.float64], colour: RGB, unit: float) -> None:
     """Dots from one pixel to another."""
     (x0, y0), (x1, y1) = ends.tolist()
     count = int(math.hypot(x1 - x0, y1 - y0) / (6.0 * unit))

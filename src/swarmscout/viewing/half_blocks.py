@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.enums import CHARGE, FREE, OCCUPIED, UNKNOWN
-from swarmscout.viewing.map_picture import frontier_cells
+from swarmscout.viewing.map_image import FRONTIER, cell_codes
+from swarmscout.viewing.palette import DARK, rgb
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -18,39 +19,29 @@ if TYPE_CHECKING:
 __all__ = ["colours_of", "half_block_map", "half_blocks"]
 
 Colours = NDArray[np.uint8]
-# Unknown, free, occupied, frontier, charging station, robot in CHR mode, robot in EXP mode:
-# where several things lie in one character's half, the last of these is shown.
-COLOURS = np.array(
-    [
-        (105, 105, 105),
-        (235, 235, 235),
-        (0, 0, 0),
-        (92, 212, 92),
-        (0, 120, 60),
-        (0, 150, 70),
-        (230, 40, 30),
-    ],
-    dtype=np.uint8,
+# Unknown, free, occupied, frontier, charging station, robot in CHR mode, robot in EXP mode: where
+# several things share half a character, the last of these is shown.
+COLOURS = np.concatenate(
+    [DARK.cells, np.array([rgb(DARK.charge), rgb(DARK.charge), rgb(DARK.explore)], dtype=np.uint8)]
 )
-_FRONTIER, _STATION, _CHARGING, _EXPLORING = 3, 4, 5, 6
+_STATION, _CHARGING, _EXPLORING = 4, 5, 6
 _MARGIN = 2
 
 
 def half_block_map(mission: Mission, width: int, height: int) -> Text:
-    """The swarm's map with its robots, no larger than asked.
+    """The swarm's map with its robots, at most as large as asked for.
 
     Args:
-        mission: a mission that runs.
-        width: characters across at most.
-        height: lines at most.
+        mission: a running mission.
+        width: most characters in a line.
+        height: most lines.
     """
     return half_blocks(colours_of(mission, width, 2 * height))
 
 
 def colours_of(mission: Mission, width: int, height: int) -> Colours:
-    """uint8[h, w, 3]: the explored part of the map, so many pixels at most; row 0 is highest."""
-    labels = mission.map.labels.astype(np.int64)
-    labels[frontier_cells(mission.map.labels, mission.scenario.map.frontier_neighbours)] = _FRONTIER
+    """uint8[h, w, 3]: the explored part of the map, h ≤ height, w ≤ width; row 0 is highest."""
+    labels = cell_codes(mission.map.labels, mission.scenario.map.frontier_neighbours)
     frame, alive = mission.frame, mission.bodies.alive
     charging = mission.minds.mode == CHARGE
     for points, mark in (
@@ -63,11 +54,11 @@ def colours_of(mission: Mission, width: int, height: int) -> Colours:
     rows, columns = np.nonzero(labels != UNKNOWN)
     window = labels[_around(rows, frame.rows), _around(columns, frame.columns)]
     fewer = max(1, -(-window.shape[0] // height), -(-window.shape[1] // width))
-    # The codes are their ranks: thin walls outdo free ground, which outdoes what nobody knows.
-    assert UNKNOWN < FREE < OCCUPIED < _FRONTIER
+    # Codes are ranks: walls hide free cells, which hide unknown ones.
+    assert UNKNOWN < FREE < OCCUPIED < FRONTIER
     padded = np.pad(window, [(0, -side % fewer) for side in window.shape])
-    blocks = padded.reshape(padded.shape[0] // fewer, fewer, padded.shape[1] // fewer, fewer)
-    return np.asarray(COLOURS[blocks.max(axis=(1, 3))][::-1])
+    squares = padded.reshape(padded.shape[0] // fewer, fewer, padded.shape[1] // fewer, fewer)
+    return np.asarray(COLOURS[squares.max(axis=(1, 3))][::-1])
 
 
 def half_blocks(pixels: Colours) -> Text:

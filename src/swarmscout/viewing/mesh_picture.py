@@ -25,7 +25,7 @@ __all__ = ["mesh_picture"]
 _EYE_M = 1.2
 _NEAR_M = 0.12
 _AT_ONCE = 2_000_000
-"""So many pixels of triangles are looked at together; it bounds the memory."""
+"""Pixels of triangles handled together; bounds the memory."""
 _SKY = np.array([0.80, 0.88, 0.97])
 _PAPER = np.array([1.0, 1.0, 1.0])
 _ROCK = np.array([0.60, 0.50, 0.42])
@@ -71,7 +71,7 @@ def mesh_picture(world: World, path: Path | str, *, width: int = 900) -> Path:
     outside = _drawn(mesh, _from_outside(mesh, width), (round(0.62 * width), width), _PAPER)
     inside = _drawn(mesh, _from_inside(world, width), (round(0.5 * width), width), _SKY)
     picture = Image.fromarray(np.concatenate((outside, inside)))
-    # All is of one colour, lit: a palette holds it, and the file is a third as large.
+    # One colour, lit: a palette suffices, and the file is a third as large.
     picture = picture.quantize(_COLOURS, dither=Image.Dither.NONE)
     try:
         picture.save(path, optimize=True)

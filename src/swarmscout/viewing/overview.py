@@ -1,15 +1,14 @@
 """The cave in 3D as a picture, without any graphics library.
 
-A relief has one height for each place. Seen from above at a slant, a column of the picture is a
-walk away from the viewer: what one sees at a pixel is the first place on the walk that rises above
-the line of sight through it. A running maximum and a binary search per column find all of them at
-once, so nothing is sorted and hidden parts cost nothing.
+A relief has one height at each point. Seen from above at a slant, a column of the picture is a
+walk away from the viewer: a pixel shows the first point on the walk that rises above the line of
+sight through it. A running maximum and a binary search per column find all of them at once, so
+nothing is sorted and hidden parts cost nothing.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,54 +16,35 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from swarmscout.core.grid import GridFrame
+from swarmscout.viewing.map_image import Window
+from swarmscout.viewing.palette import DARK, Palette, rgb
 from swarmscout.viewing.relief import RIM_M, Relief
 
-__all__ = ["Look", "Overview"]
-
-Window = tuple[float, float, float, float]
-"""``(left, right, bottom, top)`` in metres."""
+__all__ = ["Overview"]
 
 COOL = np.array([0.96, 1.0, 1.05], dtype=np.float32)
-"""What nobody has seen yet is a little bluish."""
+"""What is not mapped yet is a little bluish."""
 _TILT_RAD = 0.95
 _SUN = np.array([-0.45, 0.35, 0.82]) / np.linalg.norm([-0.45, 0.35, 0.82])
 _FINE = 4
-"""What is known is smoothed on a grid so many times finer than the map's."""
+"""Known cells are smoothed on a grid finer than the map by this factor."""
 
 
-@dataclass(frozen=True)
-class Look:
-    """Colours of the cave, each (r, g, b) in 0 … 1."""
-
-    background: tuple[float, float, float]
-    low: tuple[float, float, float] = (0.54, 0.42, 0.30)
-    high: tuple[float, float, float] = (0.97, 0.89, 0.76)
-    rock: tuple[float, float, float] = (0.43, 0.35, 0.29)
-    cut: tuple[float, float, float] = (0.14, 0.15, 0.18)
-    unknown: float = 0.34
-
-
-DARK = Look(background=(0.055, 0.067, 0.082))
-LIGHT = Look(
-    background=(1.0, 1.0, 1.0),
-    low=(0.78, 0.62, 0.46),
-    high=(1.0, 0.95, 0.86),
-    rock=(0.60, 0.53, 0.45),
-    cut=(0.74, 0.71, 0.67),
-    unknown=0.66,
-)
+UNSEEN = 0.34, 0.66
+"""Brightness of what is not mapped yet, on a dark and on a light background."""
 
 
 class Overview:
-    """A view of a relief from the south, or from the east where that is the longer side.
+    """A view of a relief from the south, so that north is up as on the map.
 
     Args:
-        relief: what is seen.
+        relief: the world to draw.
         window: the part to show.
-        width: pixels across at most.
-        height: pixels from top to bottom at most.
-        frame: the map's frame, for what is known.
-        look: colours.
+        width: of the pictures, in pixels.
+        height: of the pictures, in pixels.
+        frame: the map's frame.
+        palette: colours of ground and rock.
+        background: colour where the relief has nothing to show; None for the palette's.
 
     Attributes:
         size: ``(width, height)`` of the pictures, in pixels.
@@ -77,23 +57,20 @@ class Overview:
         width: int,
         height: int,
         frame: GridFrame,
-        look: Look = DARK,
+        palette: Palette = DARK,
+        background: str | None = None,
     ) -> None:
         self.size = (width, height)
         self._relief = relief
         self._frame = frame
         left, right, bottom, top = window
-        self._from_east = (top - bottom) > 1.15 * (right - left) and width > height
-        across, away = (
-            (top - bottom, right - left) if self._from_east else (right - left, top - bottom)
-        )
+        across, away = right - left, top - bottom
         sine = math.sin(_TILT_RAD)
         room = relief.wall_m + float(np.ptp(relief.ground_m[relief.shown]))
         self.scale = min(width / across, height / (away * sine + room * math.cos(_TILT_RAD)))
-        middle = ((left + right) / 2, (bottom + top) / 2)
-        self._middle = self._sideways(np.array([middle]))[0]
-        self._level = float(relief.ground_at(np.array([middle]))[0])
-        lit, dark, x_m, y_m = self._render(look)
+        self._middle = np.array([(left + right) / 2, (bottom + top) / 2])
+        self._level = float(relief.ground_at(self._middle[None])[0])
+        lit, dark, x_m, y_m = self._render(palette, background or palette.background)
         self._base = dark
         self._gain = lit.astype(np.int16) - dark
         fine = self._fine_index(x_m, y_m)
@@ -102,7 +79,7 @@ class Overview:
         self._seen_gain = self._gain.reshape(-1, 3)[self._seen]
 
     def picture(self, known: NDArray[np.bool_]) -> NDArray[np.uint8]:
-        """uint8[height, width, 3]: what is known is lit.
+        """uint8[height, width, 3]: the cave with known cells lit.
 
         Args:
             known: bool[rows, cols] of the map.
@@ -121,32 +98,24 @@ class Overview:
     ) -> NDArray[np.float64]:
         """Pixels ``(x, y)`` [n, 2], y downward, of points on the floor ``(x, y)`` [n, 2]."""
         points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
-        return self._pixels(self._sideways(points), self._relief.ground_at(points) + rise_m)
+        return self._pixels(points, self._relief.ground_at(points) + rise_m)
 
     @property
     def flattening(self) -> float:
-        """A level circle is seen as an ellipse, so many times as high as wide."""
+        """Height of a level circle as seen, divided by its width."""
         return math.sin(_TILT_RAD)
 
-    def _sideways(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points [n, 2] as (to the right, away from the viewer), in metres."""
-        if self._from_east:
-            return np.column_stack([points[:, 1], -points[:, 0]])
-        return points
-
-    def _pixels(
-        self, sideways: NDArray[np.float64], z_m: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def _pixels(self, points: NDArray[np.float64], z_m: NDArray[np.float64]) -> NDArray[np.float64]:
         width, height = self.size
-        right = (sideways[:, 0] - self._middle[0]) * self.scale + width / 2
-        up = (sideways[:, 1] - self._middle[1]) * math.sin(_TILT_RAD)
+        right = (points[:, 0] - self._middle[0]) * self.scale + width / 2
+        up = (points[:, 1] - self._middle[1]) * math.sin(_TILT_RAD)
         up = (up + (z_m - self._level) * math.cos(_TILT_RAD)) * self.scale
         return np.column_stack([right, height / 2 - up])
 
     def _render(
-        self, look: Look
+        self, palette: Palette, background: str
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.float64], NDArray[np.float64]]:
-        """Lit and dark pictures, and the place seen at each pixel (NaN: none)."""
+        """Lit and dark pictures, and the point seen at each pixel (NaN: none)."""
         width, height = self.size
         sine, cosine = math.sin(_TILT_RAD), math.cos(_TILT_RAD)
         fine = 2  # Each pixel is the mean of 2 × 2.
@@ -156,12 +125,11 @@ class Overview:
         stride_m = 1.0 / self.scale
         away = np.arange(-reach, reach, stride_m)
         fields = _fields_of(self._relief)
-        u, v = across[None, :] + self._middle[0], away[:, None] + self._middle[1]
+        x, y = across[None, :] + self._middle[0], away[:, None] + self._middle[1]
 
         def sample(
-            field: NDArray[np.float32], u: NDArray[Any], v: NDArray[Any], out: float = 0.0
+            field: NDArray[np.float32], x: NDArray[Any], y: NDArray[Any], out: float = 0.0
         ) -> NDArray[np.float32]:
-            x, y = (-v, u) if self._from_east else (u, v)
             at = np.stack(
                 np.broadcast_arrays(
                     np.float32((y - frame.origin_y_m) / frame.cell_m - 0.5),
@@ -171,8 +139,8 @@ class Overview:
             found = map_coordinates(field, at, order=1, mode="constant", cval=out)
             return np.asarray(found, dtype=np.float32)
 
-        z = sample(fields[0], u, v, out=float(fields[0].min()))
-        up = ((v - self._middle[1]) * sine + (z - self._level) * cosine) * self.scale * fine
+        z = sample(fields[0], x, y, out=float(fields[0].min()))
+        up = ((y - self._middle[1]) * sine + (z - self._level) * cosine) * self.scale * fine
         horizon = np.maximum.accumulate(up, axis=0)
         lines = (height * fine / 2) - (np.arange(height * fine) + 0.5)
         hit = np.empty((height * fine, width * fine), dtype=np.int64)
@@ -182,20 +150,19 @@ class Overview:
         hit[sky] = 0
         columns = np.arange(width * fine)[None, :]
 
-        to_v, to_u = np.gradient(z, stride_m, stride_m / fine)
-        to_x, to_y = (-to_v, to_u) if self._from_east else (to_u, to_v)
+        to_y, to_x = np.gradient(z, stride_m, stride_m / fine)
         length = np.sqrt(to_x**2 + to_y**2 + 1.0)
         sun = np.clip((-to_x * _SUN[0] - to_y * _SUN[1] + _SUN[2]) / length, 0.0, 1.0)
-        u, v = np.broadcast_to(u, hit.shape), away[hit] + self._middle[1]
-        share, light, level, near = (sample(field, u, v) for field in fields[1:])
+        x, y = np.broadcast_to(x, hit.shape), away[hit] + self._middle[1]
+        share, light, level, near = (sample(field, x, y) for field in fields[1:])
         sky |= near <= 0.0
         pictures = []
-        for colours in _shade(look, share, light, level, near, sun[hit, columns]):
-            colours[sky] = look.background
+        back = np.array(rgb(background), dtype=np.float32) / 255.0
+        for colours in _shade(palette, back, (share, light, level, near), sun[hit, columns]):
+            colours[sky] = back
             mean = colours.reshape(height, fine, width, fine, 3).mean(axis=(1, 3))
             pictures.append(np.rint(255.0 * np.clip(mean, 0.0, 1.0)).astype(np.uint8))
         pictures[0] = np.maximum(pictures[0], pictures[1])
-        x, y = (-v, u) if self._from_east else (u, v)
         places = [np.where(sky, np.nan, part)[::fine, ::fine] for part in (x, y)]
         return pictures[0], pictures[1], places[0], places[1]
 
@@ -250,14 +217,13 @@ def _fields_of(relief: Relief) -> tuple[NDArray[np.float32], ...]:
 
 
 def _shade(
-    look: Look,
-    share: NDArray[np.float32],
-    light: NDArray[np.float32],
-    level: NDArray[np.float32],
-    near: NDArray[np.float32],
+    palette: Palette,
+    back: NDArray[np.float32],
+    fields: tuple[NDArray[np.float32], ...],
     sun: NDArray[np.float64],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Colours [..., 3] of explored and of unexplored places."""
+    """Colours [..., 3] of explored and of unexplored points."""
+    share, light, level, near = fields
 
     def ramp(low: float, high: float, value: NDArray[np.float32]) -> NDArray[np.float32]:
         t = np.clip((value - low) / (high - low), 0.0, 1.0)
@@ -267,15 +233,16 @@ def _shade(
     top = ramp(0.9, 1.0, rock[..., 0])
     bright = sun.astype(np.float32)[..., None]
     hollow = light[..., None]
-    low, high, stone_wall, cut, back = (
-        np.asarray(colour, dtype=np.float32)
-        for colour in (look.low, look.high, look.rock, look.cut, look.background)
+    low, high, stone_wall, cut = (
+        np.array(rgb(colour), dtype=np.float32) / 255.0
+        for colour in (palette.ground_low, palette.ground_high, palette.rock, palette.cut)
     )
+    unseen = UNSEEN[int(back.mean() > 0.5)]
     floor = low + (high - low) * level[..., None]
     stone = floor * (1.0 - 0.85 * rock) + stone_wall * 0.85 * rock
     lit = stone * (0.42 + 0.72 * bright) * (0.62 + 0.38 * hollow)
     gray = stone.mean(axis=-1, keepdims=True) * (0.55 + 0.45 * bright) * (0.7 + 0.3 * hollow)
-    dark = gray * look.unknown * COOL
+    dark = gray * unseen * COOL
     edge = ramp(0.0, 0.75, near)
     shaded = []
     for colours in (lit, dark):

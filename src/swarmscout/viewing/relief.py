@@ -1,7 +1,7 @@
-"""A world as a relief: what one sees of a cave whose roof is cut away.
+"""A world as a relief: a cave with its roof cut away.
 
-The floor keeps its height. Rock rises beside it up to a cut a little above the floor and goes on
-for a few metres; beyond that there is nothing. Player, figures and videos all show this relief.
+The floor keeps its height. Rock rises beside it up to a cut a little above the floor and extends
+a few metres; beyond that nothing is shown. Player, figures and films all show this relief.
 """
 
 from __future__ import annotations
@@ -19,26 +19,26 @@ from swarmscout.worlds.world import World
 __all__ = ["Relief", "relief_of"]
 
 MOST_CELLS = 110_000
-"""Cells of a relief at most; larger worlds are shown coarser. Without a graphics card a browser
-draws a few million triangles per second."""
+"""Most cells of a relief; larger worlds are shown coarser. Without a graphics card a browser draws
+a few million triangles per second."""
 
 FINEST_M = 0.2
 WALL_M = 1.3
-"""The cut is so far above the floor."""
+"""Height of the cut above the floor."""
 RIM_M = 2.2
-"""So much rock is shown round the floor."""
+"""Width of the rock shown round the floor."""
 
 
 @dataclass(frozen=True)
 class Relief:
-    """Heights to show.
+    """Heights of floor and rock.
 
     Attributes:
-        frame: where the cells lie; a height belongs to a cell's centre.
+        frame: of the cells; heights are at cell centres.
         ground_m: float32[rows, cols], height of the floor; under rock that of the nearest floor.
         open_share: float32[rows, cols], the share of the cell that is inside, not rock: 0 … 1.
-        shown: bool[rows, cols], False where there is nothing to show.
-        wall_m: how far rock rises above the ground.
+        shown: bool[rows, cols], False where nothing is shown.
+        wall_m: height of the rock above the ground.
     """
 
     frame: GridFrame
@@ -67,7 +67,7 @@ def relief_of(world: World, most_cells: int = MOST_CELLS) -> Relief:
 
     Args:
         world: a world; without heights its floor lies at 0.
-        most_cells: cells of the relief at most.
+        most_cells: most cells of the relief.
     """
     left, right, bottom, top = world.extent
     cell_m = max(FINEST_M, math.sqrt((right - left) * (top - bottom) / most_cells))
@@ -75,7 +75,7 @@ def relief_of(world: World, most_cells: int = MOST_CELLS) -> Relief:
     inside = world.free != 0
     heights = world.ground_m
     if heights is not None and world.ceiling_m is not None:
-        # Breakdown is no rock wall: blocks on the floor, with room above them.
+        # Breakdown counts as inside: rubble on the floor, with room above it.
         inside = inside | (world.ceiling_m > heights + 0.3)
     pad = math.ceil(RIM_M / (block * world.resolution_m))
     share = _padded(_block_mean(inside.astype(np.float32), block), pad)
@@ -101,7 +101,7 @@ def relief_of(world: World, most_cells: int = MOST_CELLS) -> Relief:
 
 
 def _block_mean(raster: NDArray[np.float32], block: int) -> NDArray[np.float32]:
-    """Means over blocks; what is missing at the upper and right edge counts as 0."""
+    """Means over blocks; missing cells at the upper and right edge count as 0."""
     rows, columns = (-(-size // block) for size in raster.shape)
     whole = np.zeros((rows * block, columns * block), dtype=np.float32)
     whole[: raster.shape[0], : raster.shape[1]] = raster

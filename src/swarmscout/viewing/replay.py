@@ -1,4 +1,4 @@
-"""A run step by step: where everybody was and what the map was, for pictures of any kind."""
+"""A run step by step: robots, teams and the map at any step, for pictures of any kind."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.enums import CHARGE, FREE, MODES, OCCUPIED, UNKNOWN
+from swarmscout.core.enums import CHARGE, MODES, UNKNOWN
 from swarmscout.core.errors import RunError
-from swarmscout.mapping.log_odds import log_odds_of
-from swarmscout.recording.own_maps import check_robot, own_maps_of
+from swarmscout.viewing.map_image import Window, labels_of, window_round
 
 if TYPE_CHECKING:
     from swarmscout.recording.run import Run
 
-__all__ = ["Moment", "Replay", "Team"]
+__all__ = ["Curve", "Moment", "Replay", "Team"]
 
 MARGIN_M = 2.5
 
@@ -26,10 +25,10 @@ class Team:
     """Robots of one team that explore.
 
     Attributes:
-        leader: the robot that leads it, or the first member if that one is elsewhere.
+        leader: the robot that leads it, or the first member if the leader is not in the team.
         members: int64[n], robots.
-        centre_m: mean of their places; radius_m: distance of the farthest from it.
-        destination_m: where they are heading, or None.
+        centre_m: float64[2], mean position; radius_m: distance of the farthest member from it.
+        destination_m: float64[2], the destination, or None.
     """
 
     leader: int
@@ -45,9 +44,9 @@ class Moment:
 
     Attributes:
         step: the step.
-        place_m: float64[N, 2], where robots are; heading_rad: float64[N].
+        place_m: float64[N, 2], robots' positions; heading_rad: float64[N].
         charging: bool[N], CHR mode; alive: bool[N], not stranded.
-        teams: teams of living robots in EXP mode, teams of one too.
+        teams: teams of robots in EXP mode that are not stranded, including teams of one.
         labels: uint8[rows, cols] of the map (codes ``LABELS``).
         explored_m2: explored area.
     """
@@ -62,19 +61,44 @@ class Moment:
     explored_m2: float
 
 
+class Curve:
+    """What a run shows of which no robots were recorded: the explored area.
+
+    Attributes:
+        run: recorded with ``record="curves"`` or ``full``.
+        last: the last step.
+        explored_m2: float64[last + 1], explored area.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self.last = run.last_step
+        self.explored_m2 = run.coverage["explored_m2"].to_numpy()
+
+    def moment(self, step: int) -> float:
+        """Explored area after a step.
+
+        Raises:
+            RunError: there is no such step.
+        """
+        if not 0 <= step <= self.last:
+            raise RunError(f"there is no step {step}: the run holds steps 0 to {self.last}")
+        return float(self.explored_m2[step])
+
+
 class Replay:
-    """Gives the moments of a run; going forward from step to step is quick.
+    """The moments of a run; going forward from step to step is fast.
 
     Args:
         run: recorded with ``record="full"``.
-        robot: whose map the moments show; None for the swarm's.
+        robot: the robot whose map the moments show; None for the swarm's.
 
     Attributes:
         last: the last step.
         explored_m2: float64[last + 1], explored area.
 
     Raises:
-        RunError: steps were not recorded, or there is none; or there is no such robot.
+        RunError: steps were not recorded, the run has no step, or the robot does not exist.
     """
 
     def __init__(self, run: Run, robot: int | None = None) -> None:
@@ -83,7 +107,7 @@ class Replay:
         steps, robots = run.steps, run.scenario.robots
         count = steps.height // robots
         if not count:
-            raise RunError(f"{run!r} holds no step yet: there is nothing to show")
+            raise RunError(f"{run!r} has no step yet: nothing to show")
         self.last = count - 1
 
         def column(name: str) -> NDArray[Any]:
@@ -102,16 +126,13 @@ class Replay:
         at, self._cells = changes["step"].to_numpy(), changes["cell"].to_numpy()
         odds = changes["log_odds"].to_numpy()
         if robot is not None:
-            check_robot(run, robot)
+            run.check_robot(robot)
             if run.own_maps:
-                maps = own_maps_of(run, [robot])
+                maps = run.robot_maps([robot])
                 maps.advance(self.last)
                 own = maps.changes(robot)
                 at, self._cells, odds = own.step, own.cell, own.log_odds
-        scenario = run.scenario.map
-        self._new = np.full(len(odds), UNKNOWN, dtype=np.uint8)
-        self._new[odds < log_odds_of(scenario.free_below)] = FREE
-        self._new[odds > log_odds_of(scenario.occupied_above)] = OCCUPIED
+        self._new = labels_of(odds, run.scenario)
         self._ends = np.searchsorted(at, np.arange(count), side="right")
         self._labels = np.zeros(run.frame.size, dtype=np.uint8)
         self._at = -1
@@ -120,7 +141,7 @@ class Replay:
         """A run after a step.
 
         Raises:
-            RunError: there is no such step.
+            RunError: the step does not exist.
         """
         if not 0 <= step <= self.last:
             raise RunError(f"there is no step {step}: the run holds steps 0 to {self.last}")
@@ -136,14 +157,13 @@ class Replay:
             explored_m2=float(self.explored_m2[step]),
         )
 
-    def window(self) -> tuple[float, float, float, float]:
-        """``(left, right, bottom, top)`` in metres of all that was mapped, and of all robots."""
+    def window(self) -> Window:
+        """The window round all that the mission maps and all robots at its end."""
         frame = self.run.frame
         cells = self._ever_changed
         places = np.column_stack([self._x_m[-1], self._y_m[-1]])
-        points = np.concatenate([frame.centres_of(frame.unflat_many(cells)), places])
-        (left, bottom), (right, top) = points.min(axis=0) - MARGIN_M, points.max(axis=0) + MARGIN_M
-        return float(left), float(right), float(bottom), float(top)
+        mapped = frame.centres_of(frame.unflat_many(cells))
+        return window_round(np.concatenate([mapped, places]), MARGIN_M)
 
     def _labels_at(self, step: int) -> NDArray[np.uint8]:
         if step < self._at:

@@ -1,7 +1,7 @@
 """A run for the Rerun viewer (extra ``rerun``), laid out like the player.
 
-Rerun is another way to look, never the archive: a ``.rrd`` file is read by the minor version that
-wrote it, and everything in it comes from the run.
+A ``.rrd`` file is an export and not an archive: only the minor version of Rerun that wrote it reads
+it, and everything in it comes from the run.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, ViewError
-from swarmscout.viewing.map_picture import frontier_cells
+from swarmscout.core.extras import install_command
+from swarmscout.viewing.map_image import map_image
+from swarmscout.viewing.palette import DARK, rgb
 from swarmscout.viewing.relief import Relief, relief_of
 from swarmscout.viewing.replay import Moment, Replay
 
@@ -24,22 +26,21 @@ if TYPE_CHECKING:
 
 __all__ = ["check_rrd", "record_rrd", "show_rrd"]
 
-EXPLORE, CHARGE, STRANDED = (230, 60, 50), (40, 180, 100), (110, 150, 200)
-DESTINATION, STATION = (150, 90, 230), (0, 140, 80)
-MAP_COLOURS = np.array([(158, 158, 158), (255, 255, 255), (0, 0, 0), (92, 212, 92)], dtype=np.uint8)
+DESTINATION, STATION = rgb(DARK.destination), rgb(DARK.charge)
+SEEN, UNSEEN = rgb(DARK.ground_high), rgb(DARK.cut)
 MOST_CELLS = 30_000
 LIGHT_EVERY = 5
-"""The cave's lights are brought up to date every so many steps: they are most of the file."""
+"""Steps between updates of the cave's lights, which are most of the file."""
 
 
 def check_rrd(file: str | Path) -> Path:
-    """Whether a recording could be written: before a mission that would be in vain.
+    """Check that a recording can be written, before the mission runs.
 
     Returns:
         The file.
 
     Raises:
-        ViewError: Rerun is not installed, or the file has another kind of name.
+        ViewError: Rerun is not installed, or the file's name does not end in ``.rrd``.
         RunError: the file's folder is missing.
     """
     path = Path(file)
@@ -48,9 +49,9 @@ def check_rrd(file: str | Path) -> Path:
     try:
         import rerun  # noqa: F401
     except ImportError:
-        raise ViewError("Rerun is not installed: pip install 'swarmscout[rerun]'") from None
+        raise ViewError(f"Rerun is not installed: {install_command('rerun')}") from None
     if not path.parent.is_dir():
-        raise RunError(f"cannot write '{path}': there is no folder '{path.parent}'")
+        raise RunError(f"cannot write '{path}': folder '{path.parent}' does not exist")
     return path
 
 
@@ -59,13 +60,13 @@ def record_rrd(run: Run, file: str | Path) -> Path:
 
     Args:
         run: recorded with ``record="full"``.
-        file: where to; its name ends in ``.rrd``.
+        file: the recording; its name ends in ``.rrd``.
 
     Returns:
         The file.
 
     Raises:
-        ViewError: Rerun is not installed, or the file has another kind of name.
+        ViewError: Rerun is not installed, or the file's name does not end in ``.rrd``.
         RunError: the run cannot be shown, or the file cannot be written.
     """
     path = check_rrd(file)
@@ -93,13 +94,13 @@ def record_rrd(run: Run, file: str | Path) -> Path:
         recording.set_time("step", sequence=step)
         if step % LIGHT_EVERY == 0 or step == replay.last:
             known = moment.labels[at[:, 0], at[:, 1]] != 0
-            lights = np.where(known[:, None], (226, 204, 168), (52, 56, 62)).astype(np.uint8)
+            lights = np.where(known[:, None], SEEN, UNSEEN).astype(np.uint8)
             recording.log("cave/ground", rr.Mesh3D.from_fields(vertex_colors=lights))
-        _log_swarm(rr, recording, moment, relief, run)
-        labels = moment.labels.copy()
-        labels[frontier_cells(moment.labels, run.scenario.map.frontier_neighbours)] = 3
+        _log_swarm(rr, recording, moment, relief)
+        recording.log("cave/robots", rr.AnyValues(False, **_recorded(run, step)))
+        image = map_image(moment.labels, run.scenario.map.frontier_neighbours, DARK)
         # Rerun's 2D views have y downward: the highest row comes first.
-        recording.log("map/grid", rr.Image(MAP_COLOURS[labels[::-1]]))
+        recording.log("map/grid", rr.Image(image[::-1]))
         places = (moment.place_m - (frame.origin_x_m, frame.origin_y_m)) / frame.cell_m
         places[:, 1] = height / frame.cell_m - places[:, 1]
         recording.log("map/robots", rr.Points2D(places, colors=_colours(moment), radii=0.6))
@@ -116,10 +117,10 @@ def record_rrd(run: Run, file: str | Path) -> Path:
 
 
 def show_rrd(file: Path) -> int:
-    """Open a recording in Rerun's own window, and wait until it is closed.
+    """Open a recording in Rerun's window, and wait until it is closed.
 
-    Its server would listen on every interface and its web page would call other hosts from the
-    user's browser: so the window is taken, and its server bound to loopback.
+    The native window is used, with its server bound to loopback: Rerun's server listens on every
+    interface by default, and its web page makes the browser call other hosts.
 
     Returns:
         The viewer's exit code.
@@ -186,7 +187,14 @@ def _mesh(rr: Any, recording: Any, relief: Relief) -> NDArray[np.int64]:
     return cells
 
 
-def _log_swarm(rr: Any, recording: Any, moment: Moment, relief: Relief, run: Run) -> None:
+def _recorded(run: Run, step: int) -> dict[str, list[Any]]:
+    """What is recorded of each robot in a step: the viewer shows it for a selected robot."""
+    robots = run.scenario.robots
+    rows = run.steps.slice(step * robots, robots).drop("step", "robot")
+    return {name: rows[name].to_list() for name in rows.columns}
+
+
+def _log_swarm(rr: Any, recording: Any, moment: Moment, relief: Relief) -> None:
     places = _raised(moment.place_m, relief, 0.15)
     recording.log("cave/robots", rr.Points3D(places, colors=_colours(moment), radii=0.3))
     facing = np.column_stack([np.cos(moment.heading_rad), np.sin(moment.heading_rad)])
@@ -205,7 +213,7 @@ def _log_swarm(rr: Any, recording: Any, moment: Moment, relief: Relief, run: Run
 
 def _colours(moment: Moment) -> NDArray[np.uint8]:
     kinds = np.where(moment.alive, moment.charging.astype(int), 2)
-    return np.array([EXPLORE, CHARGE, STRANDED], dtype=np.uint8)[kinds]
+    return np.array([rgb(colour) for colour in DARK.robots], dtype=np.uint8)[kinds]
 
 
 def _raised(points_m: NDArray[np.float64], relief: Relief, rise_m: float) -> NDArray[np.float64]:

@@ -7,9 +7,10 @@ from functools import cache
 
 from PIL import Image, ImageDraw
 
+from swarmscout.viewing.palette import RGB
+
 __all__ = ["disc", "dot_ring", "paste", "ring", "star", "station"]
 
-Colour = tuple[int, int, int]
 _FINE = 4
 
 
@@ -21,7 +22,7 @@ def paste(picture: Image.Image, mark: Image.Image, x: float, y: float) -> None:
 
 
 @cache
-def disc(colour: Colour, radius: float, edge: Colour = (255, 255, 255)) -> Image.Image:
+def disc(colour: RGB, radius: float, edge: RGB = (255, 255, 255)) -> Image.Image:
     """A disc with a thin edge."""
     sheet, draw, middle = _sheet(2 * radius + 2)
     _ellipse(draw, middle, radius + 0.5, radius + 0.5, fill=edge)
@@ -30,7 +31,7 @@ def disc(colour: Colour, radius: float, edge: Colour = (255, 255, 255)) -> Image
 
 
 @cache
-def ring(colour: Colour, across: int, up: int, width: float) -> Image.Image:
+def ring(colour: RGB, across: int, up: int, width: float) -> Image.Image:
     """An ellipse's line, with half axes in pixels."""
     sheet, draw, (x, y) = _sheet(2 * across + 4, 2 * up + 4)
     box = [x - across * _FINE, y - up * _FINE, x + across * _FINE, y + up * _FINE]
@@ -39,7 +40,7 @@ def ring(colour: Colour, across: int, up: int, width: float) -> Image.Image:
 
 
 @cache
-def dot_ring(colour: Colour, radius: float, dot: float) -> Image.Image:
+def dot_ring(colour: RGB, radius: float, dot: float) -> Image.Image:
     """Eight dots on a circle (paper, Fig. 9)."""
     sheet, draw, (x, y) = _sheet(2 * (radius + dot) + 2)
     for k in range(8):
@@ -50,7 +51,7 @@ def dot_ring(colour: Colour, radius: float, dot: float) -> Image.Image:
 
 
 @cache
-def station(colour: Colour, radius: float, plus: Colour) -> Image.Image:
+def station(colour: RGB, radius: float, plus: RGB) -> Image.Image:
     """A plus on a disc."""
     sheet, draw, (x, y) = _sheet(2 * radius + 4)
     _ellipse(draw, (x, y), radius + 1, radius + 1, fill=plus)
@@ -85,7 +86,7 @@ def _sheet(
 
 
 def _ellipse(
-    draw: ImageDraw.ImageDraw, middle: tuple[float, float], across: float, up: float, fill: Colour
+    draw: ImageDraw.ImageDraw, middle: tuple[float, float], across: float, up: float, fill: RGB
 ) -> None:
     x, y = middle
     a, b = across * _FINE, up * _FINE

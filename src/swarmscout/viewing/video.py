@@ -1,4 +1,4 @@
-"""A run as a video (MP4, by ffmpeg) or as an animated picture (WebP, GIF, by Pillow alone)."""
+"""A run as a film: MP4 by ffmpeg, which is advised, or WebP and GIF by Pillow alone."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import os
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from PIL import Image
 
 from swarmscout.core.errors import RunError, ViewError
+from swarmscout.core.extras import install_command
 from swarmscout.viewing.film import Film
+from swarmscout.viewing.palette import DARK, rgb
 from swarmscout.viewing.replay import Replay
 
 if TYPE_CHECKING:
@@ -24,6 +26,8 @@ __all__ = ["ffmpeg_program", "make_video"]
 
 FORMS = (".mp4", ".webp", ".gif")
 LEAST, MOST = 160, 4096
+_GIF_COLOURS = 240
+_PLAIN = Image.Dither.NONE
 
 
 def make_video(
@@ -39,18 +43,18 @@ def make_video(
 
     Args:
         run: recorded with ``record="full"``.
-        file: the film; its suffix says the form: .mp4, .webp or .gif.
+        file: the film; its suffix chooses the format: .mp4, .webp or .gif.
         size: ``(width, height)`` in pixels, both even.
-        fps: frames per second.
-        every: a frame for every so many steps; the last step always has one.
-        on_frame: called with the frames drawn so far and all that there will be.
+        fps: frames per second. A GIF shows every second frame, twice as long.
+        every: steps per frame; the last step always has a frame.
+        on_frame: called with the number of frames drawn and of all frames.
 
     Returns:
-        The file, which appears when it is whole.
+        The file, which appears once it is complete.
 
     Raises:
         RunError: the run cannot be shown, or the file cannot be written.
-        ViewError: an argument is impossible, or no ffmpeg is there.
+        ViewError: an argument is impossible, or ffmpeg is missing.
 
     Example:
         >>> make_video(Run.open("runs/mine"), "mine.mp4")  # doctest: +SKIP
@@ -62,13 +66,15 @@ def make_video(
     if not all(LEAST <= side <= MOST and side % 2 == 0 for side in size):
         width, height = size
         raise ViewError(
-            f"size {width}x{height}: give even numbers from {LEAST} to {MOST}, for example 1280x720"
+            f"size {width}x{height}: choose even numbers from {LEAST} to {MOST}, such as 1280x720"
         )
     if not 0.1 <= fps <= 120.0:
-        raise ViewError(f"{fps:g} frames per second: give 0.1 to 120")
+        raise ViewError(f"{fps:g} frames per second: choose 0.1 to 120")
     if every < 1:
-        raise ViewError(f"a frame for every {every} steps: give 1 or more")
+        raise ViewError(f"a frame for every {every} steps: choose 1 or more")
     program = ffmpeg_program() if form == ".mp4" else ""
+    if form == ".gif":
+        every, fps = 2 * every, fps / 2.0
     replay = Replay(run)
     steps = [*range(0, replay.last, every), replay.last]
 
@@ -83,17 +89,20 @@ def make_video(
     with _put_in_place(path) as unfinished:
         if form == ".mp4":
             _encode(program, frames(), size, fps, unfinished)
+        elif form == ".webp":
+            _animate(frames(), fps, unfinished, method=0, quality=80)
         else:
-            # The last frame has all the colours.
-            _animate(form, frames(), film.frame(replay.last), fps, unfinished)
+            palette = _palette_of([film.frame(step) for step in steps[:: max(1, len(steps) // 4)]])
+            plain = (frame.quantize(palette=palette, dither=_PLAIN) for frame in frames())
+            _animate(plain, fps, unfinished, optimize=True, disposal=1)
     return path
 
 
 def ffmpeg_program() -> str:
-    """The ffmpeg to use: the system's, or the one of the package ``imageio-ffmpeg``.
+    """The system's ffmpeg, or that of the package ``imageio-ffmpeg``.
 
     Raises:
-        ViewError: there is none.
+        ViewError: neither is installed.
     """
     found = os.environ.get("SWARMSCOUT_FFMPEG") or shutil.which("ffmpeg")
     if found:
@@ -104,14 +113,14 @@ def ffmpeg_program() -> str:
         return str(get_ffmpeg_exe())
     except (ImportError, RuntimeError):
         raise ViewError(
-            "no ffmpeg for .mp4: install it, or pip install 'swarmscout[video]'; "
+            f"no ffmpeg for .mp4: install it, or {install_command('video')}; "
             ".webp and .gif need none"
         ) from None
 
 
 @contextlib.contextmanager
 def _put_in_place(path: Path) -> Iterator[Path]:
-    """A file beside the wanted one, which replaces it when nothing went wrong."""
+    """A temporary file in the same folder, which takes the film's name at the end."""
     try:
         handle, name = tempfile.mkstemp(prefix=".film-", suffix=path.suffix, dir=path.parent)
         os.close(handle)
@@ -137,21 +146,21 @@ def _umask() -> int:
 def _encode(
     program: str, frames: Iterator[Image.Image], size: tuple[int, int], fps: float, file: Path
 ) -> None:
-    """Pipe frames into ffmpeg; what it complains about goes into the error."""
+    """Pipe frames into ffmpeg; its last line of complaint goes into the error."""
     command = [
         program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
         "-s", f"{size[0]}x{size[1]}", "-r", f"{fps:g}", "-i", "-",
         "-c:v", "libx264", "-preset", "veryfast", "-crf", "21", "-pix_fmt", "yuv420p",
         "-movflags", "+faststart", str(file),
     ]  # fmt: skip
-    with tempfile.TemporaryFile() as told:
+    with tempfile.TemporaryFile() as complaints:
         try:
-            process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=told)
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=complaints)
         except OSError as error:
             raise ViewError(f"cannot start '{program}': {error.strerror or error}") from None
         assert process.stdin is not None
         try:
-            with contextlib.suppress(BrokenPipeError):  # Its own words say why.
+            with contextlib.suppress(BrokenPipeError):  # The complaint below says why.
                 for frame in frames:
                     process.stdin.write(frame.tobytes())
                 process.stdin.close()
@@ -163,23 +172,35 @@ def _encode(
                 process.stdin.close()
             failed = process.wait()
         if failed:
-            raise ViewError(f"'{program}' cannot make the film: {_last_line(told)}")
+            raise ViewError(f"'{program}' cannot make the film: {_last_line(complaints)}")
 
 
-def _last_line(told: IO[bytes]) -> str:
-    told.seek(0)
-    lines = told.read().decode(errors="replace").strip().splitlines()
-    return lines[-1] if lines else "it does not say why"
+def _last_line(output: IO[bytes]) -> str:
+    output.seek(0)
+    lines = output.read().decode(errors="replace").strip().splitlines()
+    return lines[-1] if lines else "it gives no reason"
 
 
-def _animate(
-    form: str, frames: Iterator[Image.Image], colourful: Image.Image, fps: float, file: Path
-) -> None:
-    """Write an animated picture; one palette for all frames of a GIF, so that nothing flickers."""
-    more: dict[str, Any] = {"method": 0, "quality": 80}
-    if form == ".gif":
-        more = {"optimize": False}
-        palette = colourful.quantize(200, method=Image.Quantize.MEDIANCUT)
-        frames = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+def _animate(frames: Iterator[Image.Image], fps: float, file: Path, **options: Any) -> None:
+    """Write an animated picture that repeats forever."""
     pause_ms = round(1000 / fps)
-    next(frames).save(file, save_all=True, append_images=frames, duration=pause_ms, loop=0, **more)
+    next(frames).save(
+        file, save_all=True, append_images=frames, duration=pause_ms, loop=0, **options
+    )
+
+
+def _palette_of(frames: Sequence[Image.Image]) -> Image.Image:
+    """One palette for all frames, so that nothing flickers: signs keep their exact colours.
+
+    The rest of the palette is shared among the colours of some frames. One entry stays free, for
+    pixels that do not change.
+    """
+    signs = [rgb(colour) for colour in vars(DARK).values()] + [(255, 255, 255)]
+    together = Image.new("RGB", (frames[0].width, frames[0].height * len(frames)))
+    for k, frame in enumerate(frames):
+        together.paste(frame, (0, k * frame.height))
+    room = _GIF_COLOURS - len(signs)
+    rest = together.quantize(room, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([*(part for colour in signs for part in colour), *rest[: 3 * room]])
+    return palette

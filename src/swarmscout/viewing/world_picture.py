@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, WorldError
 from swarmscout.recording.table_files import write_whole
+from swarmscout.viewing.drawing import draw_stations, round_length
+from swarmscout.viewing.palette import LIGHT, rgb
 from swarmscout.worlds.placement import place_robots, place_stations
 from swarmscout.worlds.reachability import reachable
 from swarmscout.worlds.starts import start_of
@@ -24,13 +26,10 @@ if TYPE_CHECKING:
 __all__ = ["world_figure", "world_picture"]
 
 ROCK, PAPER, CUT_OFF = "#2b2622", "#f7f4ee", "#8d8478"
-STATION_GREEN, START_RED, ROBOT_BLUE = "#0a8f4d", "#d7301f", "#1f5fa8"
-_LOW, _HIGH = (0.70, 0.55, 0.42), (0.98, 0.92, 0.80)
-"""Ground colours, basalt dust from low to high."""
 _LONG_SIDE_INCHES = 8.0
 _DPI = 110
 _LONGEST_PIXELS = 2400
-"""Larger rasters are thinned out for the picture."""
+"""Larger rasters are subsampled."""
 
 
 def world_picture(world: World, path: str | Path, robots: int = 15, dpi: int = _DPI) -> Path:
@@ -38,8 +37,8 @@ def world_picture(world: World, path: str | Path, robots: int = 15, dpi: int = _
 
     Args:
         world: a world.
-        path: the picture's file; its suffix says the form (PNG, PDF, SVG).
-        robots: for how many robots stations and starting places are shown.
+        path: the picture's file; its suffix chooses PNG, PDF or SVG.
+        robots: number of robots to show stations and starting places for.
         dpi: dots per inch.
 
     Returns:
@@ -57,7 +56,7 @@ def world_picture(world: World, path: str | Path, robots: int = 15, dpi: int = _
     figure = world_figure(world, robots)
     known = figure.canvas.get_supported_filetypes()
     if form not in known:
-        raise WorldError(f"picture '{file}': unknown form '{form}': use png, pdf or svg")
+        raise WorldError(f"picture '{file}': unknown format '{form}': use png, pdf or svg")
     figure.savefig(packed, format=form, dpi=dpi)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -70,11 +69,11 @@ def world_picture(world: World, path: str | Path, robots: int = 15, dpi: int = _
 
 
 def world_figure(world: World, robots: int = 15) -> Figure:
-    """The picture as a Matplotlib figure of its own; neither pyplot nor a display is touched.
+    """The picture as a Matplotlib figure of its own; neither pyplot nor a display is used.
 
     Args:
         world: a world.
-        robots: for how many robots stations and starting places are shown.
+        robots: number of robots to show stations and starting places for.
 
     Raises:
         WorldError: no mission can start in the world.
@@ -98,22 +97,24 @@ def world_figure(world: World, robots: int = 15) -> Figure:
     seed = world.source.get("seed")
     words = [world.name if seed is None else f"{world.name}, seed {seed}"]
     words += [f"{area:,.0f} m² reachable", f"{right - left:.0f} m × {top - bottom:.0f} m"]
-    axes.set_title(" · ".join(words), fontsize=11, color=ROCK)
+    axes.set_title(" · ".join(words), fontsize=11, color=ROCK, parse_math=False)
     return figure
 
 
 def _colours(world: World) -> NDArray[np.float64]:
-    """float64[rows, cols, 3]: rock, ground by height with a light from the upper left."""
-    from matplotlib.colors import to_rgb
-
+    """float64[rows, cols, 3]: rock, and ground by height, lit from the upper left."""
+    low_rgb, high_rgb, rock, cut_off = (
+        np.array(rgb(colour)) / 255.0
+        for colour in (LIGHT.ground_low, LIGHT.ground_high, ROCK, CUT_OFF)
+    )
     thin = max(1, math.ceil(max(world.free.shape) / _LONGEST_PIXELS))
     free = world.free[::thin, ::thin] != 0
     reach = reachable(world)[::thin, ::thin] != 0
     picture = np.empty((*free.shape, 3))
-    picture[:] = to_rgb(ROCK)
+    picture[:] = rock
     inside: NDArray[Any] = free
     if world.ground_m is None:
-        picture[free] = _HIGH
+        picture[free] = high_rgb
     else:
         ground = world.ground_m[::thin, ::thin].astype(np.float64)
         if world.ceiling_m is not None:
@@ -122,13 +123,12 @@ def _colours(world: World) -> NDArray[np.float64]:
         share = np.clip((ground - low) / max(high - low, 1e-6), 0.0, 1.0)[..., None]
         slope_y, slope_x = np.gradient(ground, world.resolution_m * thin)
         light = np.clip(1.0 + 0.55 * (slope_x - slope_y), 0.72, 1.12)[..., None]
-        lit = np.clip((np.array(_LOW) * (1.0 - share) + np.array(_HIGH) * share) * light, 0.0, 1.0)
+        lit = np.clip((low_rgb * (1.0 - share) + high_rgb * share) * light, 0.0, 1.0)
         picture[free] = lit[free]
-        # Breakdown inside the tube is no rock wall: blocks, darker than the ground.
-        blocks = inside & ~free
-        picture[blocks] = 0.52 * lit[blocks]
-    cut_off = free & ~reach
-    picture[cut_off] = to_rgb(CUT_OFF)
+        # Breakdown inside the tube: darker than the ground.
+        breakdown = inside & ~free
+        picture[breakdown] = 0.52 * lit[breakdown]
+    picture[free & ~reach] = cut_off
     return picture
 
 
@@ -138,18 +138,15 @@ def _draw_places(axes: Axes, world: World, robots: int) -> None:
     try:
         places = place_robots(world, robots, "one-place", np.random.default_rng(0))
     except WorldError:
-        places = np.empty((0, 2))  # A picture of a world that is too small is still a picture.
+        places = np.empty((0, 2))  # A world too small for the robots is drawn without them.
     axes.plot(
-        *places.T, linestyle="none", marker="o", markersize=2.6, color=ROBOT_BLUE,
+        *places.T, linestyle="none", marker="o", markersize=2.6, color=LIGHT.explore,
         markeredgewidth=0.0, zorder=3, label=f"{len(places)} robots",
     )  # fmt: skip
-    axes.plot(
-        *stations.T, linestyle="none", marker="P", markersize=8, markerfacecolor=STATION_GREEN,
-        markeredgecolor="white", markeredgewidth=0.8, zorder=4, label="charging station",
-    )  # fmt: skip
+    draw_stations(axes, stations)
     axes.plot(
         *start_of(world), linestyle="none", marker="o", markersize=17, markerfacecolor="none",
-        markeredgecolor=START_RED, markeredgewidth=1.6, zorder=5, label="start",
+        markeredgecolor=LIGHT.selected, markeredgewidth=1.6, zorder=5, label="start",
     )  # fmt: skip
     figure = axes.get_figure()
     if figure is not None:
@@ -164,11 +161,9 @@ def _draw_scale_bar(axes: Axes, world: World) -> None:
     from matplotlib.patheffects import withStroke
 
     left, right, bottom, top = world.extent
-    wanted = 0.2 * (right - left)
-    power = 10.0 ** math.floor(math.log10(wanted))
-    length = max(part * power for part in (1.0, 2.0, 5.0) if part * power <= wanted)
+    length = round_length(0.2 * (right - left))
     end, level = right - 0.03 * (right - left), bottom + 0.03 * (top - bottom)
-    # Whatever lies behind it, rock or floor: light with a dark edge.
+    # Legible on rock and on floor: light with a dark edge.
     edge = [withStroke(linewidth=3.5, foreground=ROCK)]
     axes.plot((end - length, end), (level, level), color=ROCK, linewidth=5.0, zorder=6)
     axes.plot((end - length, end), (level, level), color=PAPER, linewidth=2.6, zorder=7)

@@ -1,7 +1,7 @@
-"""The truth: places to explore, where they come from, where a mission starts in them.
+"""Worlds: places to explore, their sources, and the start of a mission in them.
 
-Only bodies, judging, recording, viewing and the ``worlds`` commands look in here; robots' minds
-never do.
+They are ground truth: only bodies, judging, recording, viewing and the ``worlds`` commands import
+this room; robots' minds never do.
 """
 
 from __future__ import annotations

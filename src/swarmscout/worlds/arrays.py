@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.resampling import check_length, check_size, refined
-from swarmscout.worlds.world import World
+from swarmscout.worlds.values import free_by_value
+from swarmscout.worlds.world import World, raster_digest, shown
 
 __all__ = ["load_array", "with_places", "world_from_array", "world_from_ascii"]
 
@@ -39,7 +40,7 @@ def world_from_array(
         free: [rows, cols] booleans or whole numbers, 1 where a robot may be, 0 for wall; row 0 is
             the lowest.
         resolution_m: edge of a cell, in metres.
-        name: what to call it.
+        name: its name.
         origin_m: ``(x, y)`` of the lower left corner, in metres.
         start_m: ``(x, y)`` of the start, in metres; None: a roomy place is found when needed.
         stations_m: [k, 2] charging stations, in metres; None: derived for a number of robots.
@@ -52,7 +53,8 @@ def world_from_array(
         The world, with read-only rasters.
 
     Raises:
-        WorldError: the array is no raster of 0 and 1, nothing is free, or a number is impossible.
+        WorldError: the array is not a raster of 0 and 1, nothing is free, or a number is
+            impossible.
 
     Example:
         >>> world_from_array([[1, 1], [0, 1]], resolution_m=0.5).extent
@@ -64,21 +66,22 @@ def world_from_array(
     if stations_m is not None and len(np.asarray(stations_m)):
         stations = _points("stations_m", stations_m)
     start = None if start_m is None else _point("start_m", start_m)
-    world = World(
+    place = _point("origin_m", origin_m)
+    # With the digest a later reader sees whether the source still describes the raster.
+    facts = {"file": "an array in memory"} if source is None else dict(source)
+    facts["digest"] = raster_digest(raster, float(resolution_m), place)
+    return World(
         name=name,
         free=raster,
         resolution_m=float(resolution_m),
-        origin_m=_point("origin_m", origin_m),
+        origin_m=place,
         start_m=start,
         stations_m=stations,
         ground_m=ground_m,
         ceiling_m=ceiling_m,
         mesh=mesh,
+        source=facts,
     )
-    # The digest is a fact about the finished world, so it joins what is said about its source.
-    facts = {"file": "an array in memory"} if source is None else dict(source)
-    object.__setattr__(world, "source", {**facts, "digest": world.digest})
-    return world
 
 
 def world_from_ascii(
@@ -90,8 +93,8 @@ def world_from_ascii(
         text: the first line is the top; blank lines before and after do not count, and short lines
             are filled up with wall.
         resolution_m: edge of a character, in metres.
-        name: what to call it.
-        pieces: cut each character into so many raster cells along an edge.
+        name: its name.
+        pieces: raster cells along the edge of a character.
 
     Returns:
         The world; its lower left corner is (0, 0).
@@ -152,7 +155,7 @@ def with_places(
         stations_m: [k, 2] in metres, or None to keep what the world has.
 
     Raises:
-        WorldError: these are no points.
+        WorldError: these are not points.
     """
     changes: dict[str, Any] = {}
     if start_m is not None:
@@ -162,28 +165,48 @@ def with_places(
     return dataclasses.replace(world, **changes) if changes else world
 
 
-def load_array(path: Path, cell_m: float | None, resolution_m: float | None) -> World:
+def load_array(
+    path: Path,
+    cell_m: float | None,
+    resolution_m: float | None,
+    free: str | None = None,
+    occupied: str | None = None,
+) -> World:
     """A world from a ``.npy`` file: a raster of 0 and 1, row 0 the lowest.
 
     Args:
         path: the file.
         cell_m: edge of a cell, in metres; None for 0.1.
         resolution_m: as for :func:`swarmscout.worlds.resampling.refined`.
+        free: values that are free instead of 1, as for
+            :func:`swarmscout.worlds.values.free_by_value`.
+        occupied: values that are not free.
 
     Raises:
-        WorldError: the file is missing or broken, or no raster of 0 and 1.
+        WorldError: the file is missing or damaged, or holds other values than 0 and 1.
     """
     cell = 0.1 if cell_m is None else cell_m
     check_length("cell_m", cell)
     try:
-        # Mapped first: a header that promises more than the file holds must not ask for memory.
+        # Mapped first: a header that promises more than the file holds must not allocate memory.
         mapped = np.load(path, mmap_mode="r", allow_pickle=False)
         check_size(mapped.shape, f"'{path}'")
         array = np.array(mapped)
     except (OSError, ValueError, EOFError, SyntaxError, OverflowError) as error:
         raise WorldError(f"cannot read the array '{path}': {_first_line(error)}") from None
-    free, edge = refined(_raster(array, path.stem), cell, resolution_m)
-    return world_from_array(free, edge, name=path.stem, source={"file": path.name, "cell_m": cell})
+    facts: dict[str, Any] = {"file": path.name, "cell_m": cell}
+    if free is not None or occupied is not None:
+        if array.dtype.kind not in "buif" or array.ndim != 2:
+            raise WorldError(
+                f"'{path}' holds {array.dtype}{list(array.shape)}, expected numbers in rows and "
+                "columns"
+            )
+        array = free_by_value(array, free, occupied)
+        facts |= {"free": free, "occupied": occupied}
+    else:
+        facts["meaning"] = "1 is free"
+    raster, edge = refined(_raster(array, path.stem), cell, resolution_m)
+    return world_from_array(raster, edge, name=path.stem, source=facts)
 
 
 def _first_line(error: Exception) -> str:
@@ -196,16 +219,17 @@ def _raster(free: ArrayLike, name: str) -> NDArray[np.uint8]:
     array = np.asarray(free)
     if array.dtype.kind not in "bui":
         raise WorldError(
-            f"world '{name}': free has dtype {array.dtype}, expected booleans or whole numbers "
-            "0 and 1; apply a threshold first"
+            f"world '{name}': free has dtype {array.dtype}, expected booleans or whole numbers, 1 "
+            "where free; apply a threshold first, or say which values of a file are free (--free)"
         )
     if array.ndim != 2 or not array.size:
         raise WorldError(f"world '{name}': free has shape {array.shape}, expected (rows, columns)")
     check_size(array.shape, f"world '{name}'")
     if array.dtype.kind != "b" and (int(array.max()) > 1 or int(array.min()) < 0):
         raise WorldError(
-            f"world '{name}': free holds numbers from {array.min()} to {array.max()}, expected "
-            "0 (wall) and 1 (free); give `array > threshold`"
+            f"world '{name}': free holds numbers from {array.min()} to {array.max()}, expected 1 "
+            "where free and 0 elsewhere: if high values are wall, give `array < 50`, or --free "
+            "0..49 for a file"
         )
     raster = np.array(array, dtype=np.uint8, order="C")
     if not raster.any():
@@ -219,14 +243,14 @@ def _raster(free: ArrayLike, name: str) -> NDArray[np.uint8]:
 def _point(name: str, given: ArrayLike) -> tuple[float, float]:
     point = _floats(given)
     if point.shape != (2,) or not np.isfinite(point).all():
-        raise WorldError(f"{name} = {given!r}: expected finite x, y in metres")
+        raise WorldError(f"{name} = {shown(given)}: expected finite x, y in metres")
     return float(point[0]), float(point[1])
 
 
 def _points(name: str, given: ArrayLike) -> NDArray[np.float64]:
     points = _floats(given)
     if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
-        raise WorldError(f"{name} = {given!r}: expected pairs of finite x, y in metres")
+        raise WorldError(f"{name} = {shown(given)}: expected pairs of finite x, y in metres")
     points.setflags(write=False)
     return points
 
@@ -234,5 +258,5 @@ def _points(name: str, given: ArrayLike) -> NDArray[np.float64]:
 def _floats(given: ArrayLike) -> NDArray[np.float64]:
     try:
         return np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return np.empty(0)

@@ -1,27 +1,28 @@
-"""Worlds by name, and one door for every kind of world."""
+"""Worlds by name, and one function that loads a world of any kind."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import ArrayLike
 
 from swarmscout.core.errors import WorldError, did_you_mean
+from swarmscout.core.paths import expanded
 from swarmscout.worlds.arrays import load_array, with_places
 from swarmscout.worlds.folder import WORLD_FILE, load_folder
 from swarmscout.worlds.images import IMAGE_SUFFIXES, load_image
 from swarmscout.worlds.meshes.files import MESH_SUFFIXES
 from swarmscout.worlds.movingai import load_movingai
 from swarmscout.worlds.nav2 import load_nav2
+from swarmscout.worlds.readers import READERS, read_by, reader_for, split_name
 from swarmscout.worlds.tube import generate_tube
 from swarmscout.worlds.tube_parameters import TubeParameters
 from swarmscout.worlds.world import World
 
-__all__ = ["NAMED_TUBES", "load_world", "named_worlds"]
+__all__ = ["NAMED_TUBES", "known_kinds", "load_world", "named_worlds"]
 
 NAMED_TUBES: dict[str, tuple[str, TubeParameters]] = {
     "lava-tube": (
@@ -70,6 +71,8 @@ def load_world(
     *,
     resolution_m: float | None = None,
     cell_m: float | None = None,
+    free: str | None = None,
+    occupied: str | None = None,
     start_m: ArrayLike | None = None,
     stations_m: ArrayLike | None = None,
     base: Path | None = None,
@@ -78,11 +81,15 @@ def load_world(
 
     Args:
         what: a name (see :func:`named_worlds`), a nav2 ``.yaml``, a MovingAI ``.map``, an image, a
-            ``.npy``, a world folder, or a world, which is handed back.
-        seed: which world of that name; None for 0. Only named worlds have one.
+            ``.npy``, a world folder, a world reader (``FILE.py:Name``, ``FILE.py:Name:DATA`` or a
+            file with a suffix that another package registered), or a world, which is returned.
+        seed: which world of that name; None for 0. Named worlds and world readers have seeds.
         resolution_m: edge of a raster cell, in metres; None: the map's own, cut up until it is at
             most 0.1 m.
         cell_m: edge of a file's cell or pixel, in metres (``.map``: 0.5, images and ``.npy``: 0.1).
+        free: values of an image or array that are free, as ``"0"``, ``"0..49"`` or ``"0,205"``;
+            None: pixels of at least 60 % brightness, and 1 in arrays.
+        occupied: values of an image or array that are not free, in the same form.
         start_m: ``(x, y)`` of the start, in metres, instead of the world's own.
         stations_m: [k, 2] charging stations, in metres, instead of the world's own.
         base: relative paths are tried from here first, and then from the working directory.
@@ -91,24 +98,30 @@ def load_world(
         The world.
 
     Raises:
-        WorldError: the name or file is unknown or broken, or an option does not belong to it.
+        WorldError: the name or file is unknown or damaged, or an option does not belong to it.
 
     Example:
         >>> load_world("lava-tube-small", seed=3).name
         'lava-tube-small'
     """
     if isinstance(what, World):
-        _refuse(f"world '{what.name}'", "a world in memory", seed=seed, cell_m=cell_m)
-        _refuse(f"world '{what.name}'", "a world in memory", resolution_m=resolution_m)
+        _refuse(f"world '{what.name}'", "a world in memory", seed=seed, cell_m=cell_m,
+                resolution_m=resolution_m, free=free, occupied=occupied)  # fmt: skip
         world = what
     elif not isinstance(what, str | Path):
         raise WorldError(
             f"a world is given by its name or the path of a map, not by a {type(what).__name__}"
         )
     elif str(what) in NAMED_TUBES:
+        _refuse(f"world '{what}'", "a generated world", free=free, occupied=occupied)
         world = _named(str(what), seed, resolution_m, cell_m)
     else:
-        world = _from_file(_find(what, base), seed, resolution_m, cell_m)
+        options = {
+            "cell_m": cell_m, "resolution_m": resolution_m, "free": free, "occupied": occupied,
+        }  # fmt: skip
+        world = _from_reader(str(what), seed, options, base) or _from_file(
+            _find(what, base), seed, options
+        )
     return with_places(world, start_m, stations_m)
 
 
@@ -122,52 +135,80 @@ def _named(name: str, seed: int | None, resolution_m: float | None, cell_m: floa
     return generate_tube(dataclasses.replace(NAMED_TUBES[name][1], **changes), name)
 
 
+def _from_reader(
+    what: str, seed: int | None, options: Mapping[str, Any], base: Path | None
+) -> World | None:
+    """The world that a named reader reads or makes; None where no reader is named."""
+    named = split_name(what)
+    if named is None or _exists(Path(what)):
+        return None
+    name, file = named
+    _refuse(f"world '{what}'", "a world reader", **options)
+    reader = READERS.make(name, base=base)
+    path = None if file is None else _find(file, base)
+    return read_by(reader, name, path, seed or 0)
+
+
 def _find(what: str | Path, base: Path | None) -> Path:
     """The file or folder that is meant."""
-    given = Path(what).expanduser()
+    given = expanded(what)
     tried = [given] if base is None or given.is_absolute() else [base / given, given]
     for path in tried:
-        with suppress(OSError, ValueError):  # No path at all: too long, or with a NUL in it.
-            if path.exists():
-                return path
+        if _exists(path):
+            return path
     if given.suffix or len(given.parts) > 1:
         places = " and ".join(f"'{path.absolute()}'" for path in dict.fromkeys(tried))
         raise WorldError(f"world '{what}' does not exist: looked for {places}")
     raise WorldError(f"unknown world '{what}': {did_you_mean(str(what), NAMED_TUBES)}")
 
 
-def _from_file(
-    path: Path, seed: int | None, resolution_m: float | None, cell_m: float | None
-) -> World:
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # Not a path: too long, or with a NUL in it.
+        return False
+
+
+def _from_file(path: Path, seed: int | None, options: Mapping[str, Any]) -> World:
     where = f"world '{path}'"
-    _refuse(where, "a map", seed=seed)
-    if path.is_dir():
-        _refuse(where, "a world folder", cell_m=cell_m, resolution_m=resolution_m)
-        return load_folder(path)
     suffix = path.suffix.lower()
+    if not path.is_dir() and not path.is_file():
+        raise WorldError(f"{where} is neither a file nor a folder")
+    cell_m, resolution_m = options["cell_m"], options["resolution_m"]
+    values = {"free": options["free"], "occupied": options["occupied"]}
+    if path.is_dir() or path.name == WORLD_FILE:
+        _refuse(where, "a world folder", seed=seed, **options)
+        return load_folder(path if path.is_dir() else path.parent)
     if suffix in MESH_SUFFIXES:
         raise WorldError(
             f"{where} is a mesh: make a world of it first, which takes a while and some decisions: "
             f"swarmscout worlds import {path} --out FOLDER"
         )
-    if path.name == WORLD_FILE:
-        return load_folder(path.parent)
     if suffix in (".yaml", ".yml"):
-        _refuse(where, "a nav2 map, which says it itself", cell_m=cell_m)
+        _refuse(where, "a nav2 map, which says it itself", seed=seed, cell_m=cell_m, **values)
         return load_nav2(path, resolution_m)
-    readers: dict[str, Callable[[Path, float | None, float | None], World]] = {
-        ".map": load_movingai,
-        ".npy": load_array,
-        **dict.fromkeys(IMAGE_SUFFIXES, load_image),
-    }
-    if suffix not in readers:
-        known = ", ".join([".yaml", *sorted(readers)])
-        raise WorldError(f"{where}: unknown kind of file '{suffix}': known are {known}")
-    return readers[suffix](path, cell_m, resolution_m)
+    if suffix == ".map":
+        _refuse(where, "a map", seed=seed, **values)
+        return load_movingai(path, cell_m, resolution_m)
+    if suffix == ".npy" or suffix in IMAGE_SUFFIXES:
+        _refuse(where, "a map", seed=seed)
+        load = load_array if suffix == ".npy" else load_image
+        return load(path, cell_m, resolution_m, **values)
+    reader = reader_for(suffix)
+    if reader is None:
+        raise WorldError(f"{where}: unknown kind of file '{suffix}': {known_kinds()}")
+    _refuse(where, "a file of another package's reader", **options)
+    return read_by(reader, type(reader).__name__, path, seed or 0)
 
 
-def _refuse(where: str, kind: str, **options: float | None) -> None:
-    """Complain about options that would have no effect."""
+def known_kinds() -> str:
+    """The kinds of files that make worlds, for error messages."""
+    maps = ", ".join([".yaml", ".yml", ".map", ".npy", *sorted(IMAGE_SUFFIXES)])
+    return f"known are {maps}; and, with worlds import, the meshes {', '.join(MESH_SUFFIXES)}"
+
+
+def _refuse(where: str, kind: str, **options: Any) -> None:
+    """Refuse options that would have no effect."""
     for name, value in options.items():
         if value is not None:
             raise WorldError(f"{where}: {name} = {value} has no meaning for {kind}: leave it out")

@@ -1,4 +1,4 @@
-"""What must hold of a world before a mission starts in it."""
+"""Conditions that a world must meet before a mission starts in it."""
 
 from __future__ import annotations
 

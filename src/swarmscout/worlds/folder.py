@@ -24,7 +24,7 @@ from swarmscout.core.errors import WorldError
 from swarmscout.worlds.arrays import world_from_array
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.resampling import check_size
-from swarmscout.worlds.world import World
+from swarmscout.worlds.world import World, shown
 
 __all__ = ["WORLD_FILE", "load_folder", "save_world"]
 
@@ -111,7 +111,7 @@ def load_folder(folder: Path | str) -> World:
         fill = {str(name): float(height) for name, height in facts.get("fill_m", {}).items()}
         if not isinstance(source, Mapping) or rows < 1 or columns < 1:
             raise ValueError("rows, columns or source is impossible")
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         why = f"key {error} is missing" if isinstance(error, KeyError) else str(error)
         raise WorldError(f"'{home / WORLD_FILE}' is damaged: {why}") from None
     check_size((rows, columns), f"'{home / WORLD_FILE}'")
@@ -147,7 +147,7 @@ def load_folder(folder: Path | str) -> World:
 def _mostly_the_same(
     rasters: Sequence[NDArray[np.float32]],
 ) -> tuple[list[float], NDArray[np.bool_] | None]:
-    """The height that fills most of each raster, and where any has another; None: no such thing."""
+    """The height that fills most of each raster, and where any differs (None: not worth it)."""
     if not rasters:
         return [], None
     fill = [float(raster.flat[0]) for raster in rasters]
@@ -175,15 +175,16 @@ def _facts(path: Path) -> dict[str, Any]:
     try:
         facts = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise WorldError(f"'{path.parent}' is no world folder: it has no {path.name}") from None
+        raise WorldError(f"'{path.parent}' is not a world folder: it has no {path.name}") from None
     except OSError as error:
         raise WorldError(f"cannot read '{path}': {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise WorldError(f"'{path}' is damaged: {str(error).splitlines()[0]}") from None
+    except (ValueError, RecursionError) as error:
+        why = str(error).splitlines()[0][:160] if str(error) else "too many nested brackets"
+        raise WorldError(f"'{path}' is damaged: {why}") from None
     if facts.get("format") != _FORMAT:
         raise WorldError(
-            f"'{path}': format = {facts.get('format')!r}, expected {_FORMAT}: it was written by "
-            "another version of swarmscout, or is no world"
+            f"'{path}': format = {shown(facts.get('format'))}, expected {_FORMAT}: it was written "
+            "by another version of swarmscout, or is not a world"
         )
     return facts
 

@@ -58,16 +58,15 @@ def without_steep(world: World, slope_deg: float, radius_m: float) -> World:
     """A world without the places where the ground under a body is too steep for it.
 
     Args:
-        world: a world; without heights, or where nothing is too steep, it is handed back.
+        world: a world; it is returned as it is where it has no heights or nothing is too steep.
         slope_deg: steepest ground that a body drives over, in degrees; 90 for any.
         radius_m: the body's radius, in metres.
     """
     if world.ground_m is None or slope_deg >= 90.0:
         return world
-    key = ("without steep", slope_deg, radius_m)
-    if key not in world.derived:
-        world.derived[key] = _without_steep(world, slope_deg, radius_m)
-    changed: World | None = world.derived[key]
+    changed = world.once(
+        ("without steep", slope_deg, radius_m), lambda: _without_steep(world, slope_deg, radius_m)
+    )
     return world if changed is None else changed
 
 

@@ -1,4 +1,4 @@
-"""Discs on rasters: where a round body fits, what it covers, and what hangs together.
+"""Discs on rasters: where a round body fits, what it covers, and connected regions.
 
 A disc is a union of horizontal runs, one half width for each row offset. That takes a few passes
 over the raster, where an exact distance transform of a large one takes seconds.

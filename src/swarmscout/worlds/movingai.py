@@ -17,6 +17,7 @@ from swarmscout.worlds.world import World
 __all__ = ["load_movingai"]
 
 _PASSABLE, _BLOCKED = b".GS", b"@OTW"
+_MOST_DIGITS = 12
 _HEADER = ("type octile", "height", "width", "map")
 
 
@@ -37,6 +38,8 @@ def load_movingai(path: Path, cell_m: float | None, resolution_m: float | None) 
         lines = path.read_bytes().splitlines()
     except OSError as error:
         raise WorldError(f"cannot read the map '{path}': {error.strerror or error}") from None
+    if lines:
+        lines[0] = lines[0].removeprefix(b"\xef\xbb\xbf")
     height, width = _size(path, [line.decode("ascii", "replace") for line in lines[:4]])
     check_size((height, width), f"map '{path}'")
     rows = lines[4:]
@@ -72,7 +75,8 @@ def _size(path: Path, header: list[str]) -> tuple[int, int]:
         line = header[number].strip() if number < len(header) else ""
         words = line.split()
         if expected in ("height", "width"):
-            if len(words) == 2 and words[0] == expected and words[1].isdecimal() and int(words[1]):
+            digits = words[1] if len(words) == 2 and words[0] == expected else ""
+            if digits.isdecimal() and len(digits) <= _MOST_DIGITS and int(digits):
                 sizes.append(int(words[1]))
                 continue
             expected = f"{expected} NUMBER"

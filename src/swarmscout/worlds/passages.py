@@ -37,7 +37,7 @@ class Rock:
     Attributes:
         points_m: float64[n, 2] of other centre lines, in metres.
         needs_m: float64[n], the distance to keep from each, in metres.
-        grace: bool[n], points whose distance is asked only little by little: the parent's.
+        grace: bool[n], points of the parent passage, whose distance is required gradually.
         size_m: the walk stays in the square from 0 to this, in metres.
     """
 
@@ -49,7 +49,7 @@ class Rock:
     def lack_m(
         self, at_m: NDArray[np.float64], walked_m: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """float64[k], by how many metres points [k, 2] are too near, after so long a walk [k]."""
+        """float64[k], by how many metres points [k, 2] are too near, by distance walked [k]."""
         border = 0.0 - np.minimum(at_m, self.size_m - at_m).min(axis=1)
         lack: NDArray[np.float64] = np.maximum(border, 0.0)
         if len(self.points_m):

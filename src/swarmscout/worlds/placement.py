@@ -47,13 +47,7 @@ def place_stations(world: World, robots: int) -> NDArray[np.float64]:
     if world.stations_m is not None:
         return world.stations_m
     count = max(1, math.ceil(robots / ROBOTS_PER_STATION))
-    key = ("stations", count)
-    if key not in world.derived:
-        found = derive_stations(world, count)
-        found.setflags(write=False)
-        world.derived[key] = found
-    stations: NDArray[np.float64] = world.derived[key]
-    return stations
+    return world.once(("stations", count), lambda: derive_stations(world, count))
 
 
 def place_robots(
@@ -66,14 +60,14 @@ def place_robots(
         robots: how many.
         start: ``"one-place"`` (the places nearest to the stations along the ground; to the start
             where stations were set by hand) or ``"spread"`` (anywhere that can be reached).
-        rng: chooses among the places and deals them out.
+        rng: chooses among the places and assigns them to robots.
         radius_m: a robot's radius, in metres.
 
     Returns:
         float64[robots, 2], ``(x, y)`` in metres.
 
     Raises:
-        WorldError: there is no room for so many, or ``start`` is unknown.
+        WorldError: there is no room for that many, or ``start`` is unknown.
     """
     rules = {"one-place": _places_near_start, "spread": _places_anywhere}
     if start not in rules:
@@ -81,16 +75,17 @@ def place_robots(
     if robots < 1:
         raise WorldError(f"robots = {robots}: expected at least 1")
     place = standing_places(world, radius_m)
-    if ("clear", radius_m) not in world.derived:
-        clear = fits(world.free, world.resolution_m, radius_m + _CLEARANCE_M) & place
-        world.derived["clear", radius_m] = clear
+    clear = world.once(
+        ("clear", radius_m),
+        lambda: fits(world.free, world.resolution_m, radius_m + _CLEARANCE_M) & place,
+    )
     spacing_m = max(_SPACING_M, 2.0 * radius_m + _CLEARANCE_M)
-    cells = rules[start](world, robots, world.derived["clear", radius_m], spacing_m, radius_m, rng)
+    cells = rules[start](world, robots, clear, spacing_m, radius_m, rng)
     if len(cells) < robots:
         where = "round its start" if start == "one-place" else "in all"
         raise WorldError(
             f"world '{world.name}' has room for {len(cells)} robots of {2 * radius_m:g} m {where}, "
-            f"{robots} were asked; take fewer robots or a larger world"
+            f"not for {robots}; take fewer robots or a larger world"
         )
     return world.frame.centres_of(cells)
 

@@ -15,7 +15,7 @@ from swarmscout.worlds.world import World
 __all__ = ["distance_along_ground", "reachable", "standing_places", "start_cell"]
 
 _START_SLACK_M = 1.0
-"""A start point that is too near to a wall stands for the nearest place within this distance."""
+"""A start too near to a wall is replaced by the nearest place within this distance."""
 
 
 def reachable(world: World, radius_m: float = 0.15) -> NDArray[np.uint8]:
@@ -32,17 +32,17 @@ def reachable(world: World, radius_m: float = 0.15) -> NDArray[np.uint8]:
     Raises:
         WorldError: no robot can stand at the start.
     """
-    key = ("reachable", radius_m)
-    if key not in world.derived:
-        place = standing_places(world, radius_m)
-        window = _window_of(world.free, margin=1)
-        body = covered_by(place[window], world.resolution_m, radius_m)
-        raster = np.zeros(world.free.shape, dtype=np.uint8)
-        raster[window] = body & (world.free[window] != 0)
-        raster.setflags(write=False)
-        world.derived[key] = raster
-    cached: NDArray[np.uint8] = world.derived[key]
-    return cached
+    return world.once(("reachable", radius_m), lambda: _find_reachable(world, radius_m))
+
+
+def _find_reachable(world: World, radius_m: float) -> NDArray[np.uint8]:
+    place = standing_places(world, radius_m)
+    window = _window_of(world.free, margin=1)
+    body = covered_by(place[window], world.resolution_m, radius_m)
+    raster = np.zeros(world.free.shape, dtype=np.uint8)
+    raster[window] = body & (world.free[window] != 0)
+    raster.setflags(write=False)
+    return raster
 
 
 def standing_places(world: World, radius_m: float = 0.15) -> NDArray[np.bool_]:
@@ -77,7 +77,7 @@ def distance_along_ground(
     Args:
         open_cells: bool[rows, cols], where one can go; what matters is connected through edges.
         sources: cells ``(row, col)``, each open.
-        farthest: stop after so many steps; None for no limit.
+        farthest: number of steps to stop after; None for no limit.
 
     Returns:
         int32[rows, cols]: steps of about one cell, −1 where no way leads (or it is too long).
@@ -109,29 +109,26 @@ def distance_along_ground(
 
 def _standing(world: World, radius_m: float) -> tuple[NDArray[np.bool_], tuple[int, int]]:
     """Places connected with the start, and the start's own cell ``(row, col)``."""
-    key = ("standing", radius_m)
-    if key not in world.derived:
-        start = start_of(world, radius_m)
-        window = _window_of(world.free, margin=1)
-        place = np.zeros(world.free.shape, dtype=np.bool_)
-        labels = parts(fits(world.free[window], world.resolution_m, radius_m))
-        cell = _nearest_part(world, start, labels, (window[0].start, window[1].start))
-        if cell is None:
-            raise WorldError(
-                f"world '{world.name}': no robot of {2 * radius_m:g} m fits within "
-                f"{_START_SLACK_M:g} m of the start ({start[0]:.2f}, {start[1]:.2f}) m: "
-                "set a start in open space, or leave it out and one is found"
-            )
-        row, col = cell
-        np.equal(
-            labels,
-            labels[row - window[0].start, col - window[1].start],
-            out=place[window],
+    return world.once(("standing", radius_m), lambda: _find_standing(world, radius_m))
+
+
+def _find_standing(world: World, radius_m: float) -> tuple[NDArray[np.bool_], tuple[int, int]]:
+    start = start_of(world, radius_m)
+    window = _window_of(world.free, margin=1)
+    place = np.zeros(world.free.shape, dtype=np.bool_)
+    labels = parts(fits(world.free[window], world.resolution_m, radius_m))
+    cell = _nearest_part(world, start, labels, (window[0].start, window[1].start))
+    if cell is None:
+        raise WorldError(
+            f"world '{world.name}': no robot of {2 * radius_m:g} m fits within "
+            f"{_START_SLACK_M:g} m of the start ({start[0]:.2f}, {start[1]:.2f}) m: "
+            "set a start in open space, or leave it out and one is found"
         )
-        place.setflags(write=False)
-        world.derived[key] = place, cell
-    found: tuple[NDArray[np.bool_], tuple[int, int]] = world.derived[key]
-    return found
+    row, col = cell
+    here = labels[row - window[0].start, col - window[1].start]
+    np.equal(labels, here, out=place[window])
+    place.setflags(write=False)
+    return place, cell
 
 
 def start_cell(world: World, radius_m: float = 0.15) -> tuple[int, int]:

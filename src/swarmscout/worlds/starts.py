@@ -1,4 +1,4 @@
-"""Where a mission starts when nobody said so.
+"""The start of a mission in a world that has none.
 
 A generated tube starts at its mouth, which is a wide place. In any other world the start is a
 roomy place of the largest region that a robot can stand in.
@@ -39,11 +39,7 @@ def start_of(world: World, radius_m: float = 0.15) -> tuple[float, float]:
     """
     if world.start_m is not None:
         return world.start_m
-    key = ("start", radius_m)
-    if key not in world.derived:
-        world.derived[key] = _roomy_place(world, radius_m)
-    x, y = world.derived[key]
-    return x, y
+    return world.once(("start", radius_m), lambda: _roomy_place(world, radius_m))
 
 
 def _roomy_place(world: World, radius_m: float) -> tuple[float, float]:

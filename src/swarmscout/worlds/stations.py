@@ -1,4 +1,4 @@
-"""Where charging stations go when nobody set them."""
+"""Charging stations derived from a world and a number of robots."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def derive_stations(world: World, count: int) -> NDArray[np.float64]:
         float64[count, 2], ``(x, y)`` in metres, the one nearest to the start first.
 
     Raises:
-        WorldError: the world has no room for so many.
+        WorldError: the world has no room for that many.
     """
     place = standing_places(world)
     found: list[tuple[int, int]] = []
@@ -55,7 +55,9 @@ def derive_stations(world: World, count: int) -> NDArray[np.float64]:
                 continue
             found = _nearest_apart(roomy, apart_m / world.resolution_m, count)
             if len(found) == count:
-                return world.frame.centres_of(np.array(found))
+                stations = world.frame.centres_of(np.array(found))
+                stations.setflags(write=False)
+                return stations
     raise WorldError(
         f"world '{world.name}' has room for {len(found)} charging stations, {count} are needed; "
         "take fewer robots or a larger world, or set the stations by hand"

@@ -2,7 +2,7 @@
 
 A raster holds, for each point, how deep it lies inside a tube: the largest of half width minus
 distance to the centre line over all passages. Noise roughens that depth; it is positive in the
-tube. A core along each centre line stays free whatever the noise says, so tubes never pinch off.
+tube. Noise never closes the core along each centre line, so tubes do not pinch off.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from swarmscout.worlds.passages import Passage
 from swarmscout.worlds.tube_maze import plan_maze
 from swarmscout.worlds.tube_parameters import TubeParameters
 from swarmscout.worlds.tube_plan import plan_tube
-from swarmscout.worlds.world import World
+from swarmscout.worlds.world import World, raster_digest
 
 __all__ = [
     "LOWEST_M",
@@ -44,7 +44,7 @@ _OUTSIDE_M = -3.0
 _CORE_M = 1.0
 _BORDER_M = 2.5
 _MOUTH_AT = 4
-"""The start is so many points (metres) into the first passage, in the middle of the mouth."""
+"""Points (metres) from the end of the first passage to the start, in the middle of the mouth."""
 _SPECK_M2 = 0.25
 LOWEST_M = 0.6
 WALL_HEIGHT_M = 0.9
@@ -96,18 +96,21 @@ def generate_tube(parameters: TubeParameters, name: str = "tube") -> World:
     fields = tube_fields(parameters)
     for raster in (fields.free, fields.ground_m, fields.ceiling_m):
         raster.setflags(write=False)
-    world = World(
+    origin_m = (0.0, 0.0)
+    digest = raster_digest(fields.free, parameters.resolution_m, origin_m)
+    return World(
         name=name,
         free=fields.free,
         resolution_m=parameters.resolution_m,
-        origin_m=(0.0, 0.0),
+        origin_m=origin_m,
         start_m=fields.start_m,
         ground_m=fields.ground_m,
         ceiling_m=fields.ceiling_m,
-    )
-    source = {"generator": "lava-tube", "rules": RULES, **dataclasses.asdict(parameters)}
-    object.__setattr__(world, "source", {**source, "digest": world.digest})
-    return world
+        source={
+            "generator": "lava-tube", "rules": RULES, **dataclasses.asdict(parameters),
+            "digest": digest,
+        },
+    )  # fmt: skip
 
 
 def tube_fields(parameters: TubeParameters) -> TubeFields:

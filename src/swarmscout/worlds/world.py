@@ -1,4 +1,4 @@
-"""A world: the truth that sensors, motion and judging read, and nobody else.
+"""A world: the ground truth, read by sensors, motion and judging only.
 
 Rasters are aligned and index ``[row, col]`` with row 0 at the lowest y. What lies outside the
 rasters is wall.
@@ -7,10 +7,11 @@ rasters is wall.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+import reprlib
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,9 @@ from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.meshes.mesh import Mesh
 
-__all__ = ["World"]
+__all__ = ["World", "raster_digest", "shown"]
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +30,7 @@ class World:
     """An unknown place.
 
     Attributes:
-        name: what people call it.
+        name: for people.
         free: uint8[rows, cols], C-contiguous: 1 where a robot may be, 0 for wall or unknown.
         resolution_m: edge of a raster cell, in metres.
         origin_m: ``(x, y)`` of the lower left corner of the raster, in metres.
@@ -37,9 +40,8 @@ class World:
         ground_m: float32[rows, cols] height of the ground, or None for a flat floor at 0.
         ceiling_m: float32[rows, cols] height of the ceiling, or None for open sky.
         mesh: the cave's surface in 3D, for exact sensing, or None.
-        source: where it came from: generator and parameters, or file; with the ``digest``.
-        derived: what other modules of this room worked out of this world and keep with it (a world
-            does not change); nobody else looks in here.
+        source: where it came from: generator and parameters, or file, and the ``digest`` of the
+            raster then. ``notes`` says what a reader decided that a user should know.
     """
 
     name: str
@@ -52,7 +54,7 @@ class World:
     ceiling_m: NDArray[np.float32] | None = field(default=None, repr=False)
     mesh: Mesh | None = field(default=None, repr=False)
     source: Mapping[str, Any] = field(default_factory=dict)
-    derived: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+    _memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Freeze the raster and take places as floats: a world does not change.
@@ -60,7 +62,7 @@ class World:
         What else may be wrong with a world made by hand, ``check_world`` says.
 
         Raises:
-            WorldError: a place or the resolution is no number.
+            WorldError: a place or the resolution is not a number.
         """
         free = np.asarray(self.free)
         if free.dtype == np.uint8 or free.dtype == np.bool_:
@@ -79,16 +81,28 @@ class World:
     def _numbers(self, name: str, given: Any, count: int) -> tuple[float, ...]:
         try:
             numbers = tuple(float(part) for part in given)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             numbers = ()
         if len(numbers) != count:
-            expected, shown = ("x, y in metres", given) if count == 2 else ("metres", *given)
-            raise WorldError(f"world '{self.name}': {name} = {shown!r}: expected {expected}")
+            expected, value = ("x, y in metres", given) if count == 2 else ("metres", *given)
+            raise WorldError(f"world '{self.name}': {name} = {shown(value)}: expected {expected}")
         return numbers
 
     def __getstate__(self) -> dict[str, Any]:
-        """What a copy in another process needs: not what can be derived again."""
-        return {**self.__dict__, "derived": {}}
+        """What a copy in another process needs: not what can be computed again."""
+        return {**self.__dict__, "_memo": {}}
+
+    def once(self, key: Hashable, compute: Callable[[], T]) -> T:
+        """A value that depends on this world alone, computed on first use and kept with it.
+
+        Args:
+            key: names the value and the parameters that it depends on.
+            compute: returns the value; it is not called again for the same key.
+        """
+        if key not in self._memo:
+            self._memo[key] = compute()
+        value: T = self._memo[key]
+        return value
 
     @property
     def frame(self) -> GridFrame:
@@ -104,11 +118,32 @@ class World:
     @cached_property
     def digest(self) -> str:
         """SHA-256 (hexadecimal) of the free raster and where it lies."""
-        place = f"{self.free.shape} {self.resolution_m!r} {self.origin_m[0]!r} {self.origin_m[1]!r}"
-        packed = np.packbits(np.ascontiguousarray(self.free) != 0)
-        return hashlib.sha256(place.encode() + packed.tobytes()).hexdigest()
+        return raster_digest(self.free, self.resolution_m, self.origin_m)
+
+
+def shown(value: object) -> str:
+    """A value in an error message, cut short where it is long."""
+    try:
+        return reprlib.repr(value)
+    except ValueError:  # Python converts no more than 4,300 digits.
+        return "a number of thousands of digits"
+
+
+def raster_digest(
+    free: NDArray[np.uint8], resolution_m: float, origin_m: tuple[float, float]
+) -> str:
+    """SHA-256 (hexadecimal) of a free raster and where it lies.
+
+    Args:
+        free: uint8[rows, cols].
+        resolution_m: edge of a cell, in metres.
+        origin_m: ``(x, y)`` of the lower left corner, in metres.
+    """
+    place = f"{free.shape} {resolution_m!r} {origin_m[0]!r} {origin_m[1]!r}"
+    packed = np.packbits(np.ascontiguousarray(free) != 0)
+    return hashlib.sha256(place.encode() + packed.tobytes()).hexdigest()
 
 
 def _is_frozen(array: NDArray[Any]) -> bool:
-    """Whether nobody can write to an array, so that it need not be copied."""
+    """Whether an array cannot be written to, so that it need not be copied."""
     return not array.flags.writeable and array.flags.owndata

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from swarmscout.core.errors import ViewError
-from swarmscout.recording.own_maps import OwnMaps, check_robot, own_maps_of
+from swarmscout.recording.own_maps import OwnMaps
 from swarmscout.viewing.player.packets import differences, pack, smallest
 
 if TYPE_CHECKING:
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 __all__ = ["MOST_ROBOTS", "Beliefs", "chosen_robots", "packed_beliefs"]
 
 MOST_ROBOTS = 100
-"""Of larger swarms one file holds no robot's own map unless it is asked for: there are too many."""
+"""Files of larger swarms hold robots' own maps on request only."""
 
 
 class Beliefs:
-    """Robots' maps, worked out when somebody asks for one.
+    """Robots' maps, computed on request.
 
     Args:
-        begin: gives the maps of some robots, before the first step.
+        begin: makes the maps of some robots, before the first step.
     """
 
     def __init__(self, begin: Callable[[Sequence[int]], OwnMaps]) -> None:
@@ -35,7 +35,7 @@ class Beliefs:
         self._lock = threading.Lock()
 
     def packet(self, robot: int, first: int, last: int) -> bytes:
-        """How a robot's map changed in the steps `first` to `last`, as a packet."""
+        """The changes of a robot's map in the steps `first` to `last`, as a packet."""
         with self._lock:
             if robot not in self._maps:
                 self._maps[robot] = self._begin([robot])
@@ -48,11 +48,11 @@ def packed_beliefs(run: Run, robots: Sequence[int]) -> dict[int, bytes]:
     """The maps of some robots over all of a run: gzipped packets by robot.
 
     Raises:
-        RunError: there is no such robot, or its map is not on record.
+        RunError: the robot does not exist, or its map was not recorded.
     """
     if not robots:
         return {}
-    maps = own_maps_of(run, robots)
+    maps = run.robot_maps(robots)
     maps.advance(run.last_step)
     return {
         robot: gzip.compress(_packet(maps, robot, 0, run.last_step), compresslevel=6, mtime=0)
@@ -61,7 +61,7 @@ def packed_beliefs(run: Run, robots: Sequence[int]) -> dict[int, bytes]:
 
 
 def chosen_robots(run: Run, text: str | None) -> list[int]:
-    """Whose own maps a file shall hold.
+    """The robots whose own maps a file holds.
 
     Args:
         run: the run.
@@ -69,12 +69,12 @@ def chosen_robots(run: Run, text: str | None) -> list[int]:
             of more than :data:`MOST_ROBOTS`.
 
     Raises:
-        RunError: there is no such robot.
-        ViewError: the text means nothing, or one map served all robots.
+        RunError: the robot does not exist.
+        ViewError: the text is not a selection of robots, or one map served all robots.
     """
-    everybody = list(range(run.scenario.robots))
+    every_robot = list(range(run.scenario.robots))
     if text is None:
-        return everybody if run.own_maps and len(everybody) <= MOST_ROBOTS else []
+        return every_robot if run.own_maps and len(every_robot) <= MOST_ROBOTS else []
     if text == "none":
         return []
     words = text.split(",")
@@ -82,11 +82,11 @@ def chosen_robots(run: Run, text: str | None) -> list[int]:
         word.strip().isascii() and word.strip().isdecimal() for word in words
     ):
         raise ViewError(f"own maps of '{text}': write all, none, or robots' numbers as in 0,3,7")
-    robots = everybody if text == "all" else sorted({int(word) for word in words})
+    robots = every_robot if text == "all" else sorted({int(word) for word in words})
     for robot in robots:
-        check_robot(run, robot)
+        run.check_robot(robot)
     if not run.own_maps:
-        raise ViewError("in this mission one map served all robots: no robot has one of its own")
+        raise ViewError("in this mission one map served all robots: robots have no own maps")
     return robots
 
 

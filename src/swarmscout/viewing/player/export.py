@@ -19,20 +19,20 @@ __all__ = ["export_page"]
 
 
 def export_page(runs: Sequence[Run], file: str | Path, own_maps: str | None = None) -> Path:
-    """Write one page that shows one run, or two side by side; it needs no other file and no net.
+    """Write a page that shows one run, or two side by side, without other files or a network.
 
     Args:
         runs: one run, or two.
-        file: where to; its name ends in ``.html``.
-        own_maps: whose own maps the file holds where maps differ: ``all``, ``none``, or robots'
-            numbers as in ``0,3,7``; None: all, or none of a swarm of more than 100.
+        file: the page; its name ends in ``.html``.
+        own_maps: the robots whose own maps the file holds, where maps differ: ``all``, ``none``,
+            or robots' numbers as in ``0,3,7``; None: all, or none of a swarm of more than 100.
 
     Returns:
         The file.
 
     Raises:
-        RunError: a run cannot be shown, there is no such robot, or the file cannot be written.
-        ViewError: the file has another kind of name, or `own_maps` means nothing.
+        RunError: a run cannot be shown, a robot does not exist, or the file cannot be written.
+        ViewError: the file's name does not end in ``.html``, or `own_maps` is not a selection.
 
     Example:
         >>> export_page([Run.open("runs/mine")], "mission.html")  # doctest: +SKIP

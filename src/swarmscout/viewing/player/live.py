@@ -1,8 +1,7 @@
 """A running mission as a source of the player: a recorder that remembers what the page needs.
 
-A step costs the mission a dozen small copies; whatever is made of them is made by the thread of the
-browser that asks. Memory: 30 bytes per robot and step, whether anybody looks or not, and about 100
-more where each robot has a map of its own.
+A step costs the mission a dozen small copies; packets are made from them in the server's threads.
+Memory: 50 bytes per robot and step, and about 100 more where each robot has a map of its own.
 """
 
 from __future__ import annotations
@@ -17,23 +16,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.recorder import Decision, StepRecord
+from swarmscout.recording.decisions import plain
 from swarmscout.recording.own_maps import GatheredEvidence, OwnMaps
-from swarmscout.recording.row_buffer import plain
 from swarmscout.viewing.player.beliefs import Beliefs
-from swarmscout.viewing.player.blocks import ROBOT_COLUMNS, Block, pack_block, robot_columns
+from swarmscout.viewing.player.page_text import page_data
 from swarmscout.viewing.player.questions import questions_live
 from swarmscout.viewing.player.recorded import mission_packet
+from swarmscout.viewing.player.step_range import StepRange, pack_steps, robot_columns, whole_numbers
 
 __all__ = ["LiveMission"]
 
 MOST_STEPS = 500
-"""Steps in one piece of news at most."""
+"""Most steps in one packet."""
 
 
 @dataclass(slots=True)
 class _Step:
     columns: dict[str, NDArray[Any]]
-    team: NDArray[np.int64]
     map_cells: NDArray[np.int32]
     map_log_odds: NDArray[np.int16]
     events: NDArray[np.int64]
@@ -45,7 +44,7 @@ class LiveMission:
     """Shows a mission while it runs; give it to the mission as a recorder.
 
     Args:
-        name: what the page calls the run.
+        name: of the run on the page.
 
     Example:
         >>> live = LiveMission("mine")
@@ -68,7 +67,7 @@ class LiveMission:
         self._beliefs: Beliefs | None = None
 
     def begin(self, mission: Any) -> None:
-        """Take what does not change."""
+        """Take the facts that do not change."""
         self._columns = mission.frame.columns
         self._head = mission_packet(
             self.name, mission.scenario, mission.world, mission.frame, mission.stations_m,
@@ -81,14 +80,8 @@ class LiveMission:
 
     def record(self, record: StepRecord) -> None:
         """Take a step."""
-        pose = record.pose
-        columns = robot_columns(
-            pose[:, 0], pose[:, 1], pose[:, 2], record.charge, record.mode, record.action,
-            record.contact, record.alive, record.leader, record.desired, record.destination,
-        )  # fmt: skip
         step = _Step(
-            columns=columns,
-            team=record.team.copy(),
+            columns={c.name: whole_numbers(c, c.source(record)) for c in robot_columns()},
             map_cells=record.map_cells.astype(np.int32),
             map_log_odds=record.map_log_odds.astype(np.int16),
             events=np.insert(record.events, 0, record.step, axis=1),
@@ -103,10 +96,10 @@ class LiveMission:
 
     def end(self, summary: Mapping[str, Any]) -> None:
         """The mission is over."""
-        self._finish({"finished": True, "summary": plain(summary), **_reason(summary)})
+        self._finish({"finished": True, "summary": page_data(plain(summary)), **_reason(summary)})
 
     def broken_off(self) -> None:
-        """The mission will not go on."""
+        """The mission was stopped."""
         self._finish({"finished": False, "end_reason": "broken off"})
 
     def _finish(self, ending: dict[str, Any]) -> None:
@@ -115,19 +108,19 @@ class LiveMission:
             self._came.notify_all()
 
     def data(self) -> bytes:
-        """Everything so far, gzipped packets.
+        """All steps so far, gzipped packets.
 
         Before the mission has begun this waits for its first step.
         """
         with self._came:
             self._came.wait_for(lambda: self._steps or self._ending is not None)
             steps = self._steps[:]
-        history = pack_block(self._block(0, steps)) if steps else b""
-        # Loopback is fast: little effort, for the mission wants the processor too.
+        history = pack_steps(self._block(0, steps)) if steps else b""
+        # Loopback is fast, and the mission needs the processor: compress lightly.
         return gzip.compress(self._head + history, compresslevel=1, mtime=0)
 
     def news(self, first: int, wait_s: float) -> tuple[bytes, int]:
-        """The steps from `first` on as a packet, and the step after them; b"" if none came."""
+        """The steps from `first` on as a packet, and the step after them; b"" if there are none."""
         with self._came:
             self._came.wait_for(
                 lambda: len(self._steps) > first or self._ending is not None, timeout=wait_s
@@ -135,10 +128,10 @@ class LiveMission:
             steps = self._steps[first : first + MOST_STEPS]
         if not steps:
             return b"", first
-        return pack_block(self._block(first, steps)), first + len(steps)
+        return pack_steps(self._block(first, steps)), first + len(steps)
 
     def belief(self, robot: int, first: int) -> bytes | None:
-        """One robot's map from step `first` on, a gzipped packet; None where there is none."""
+        """One robot's map from step `first` on, a gzipped packet; None where it has none."""
         if self._gathered is None or self._beliefs is None or robot >= self._gathered.robots:
             return None
         last = self._gathered.steps
@@ -146,16 +139,15 @@ class LiveMission:
         return gzip.compress(packet, compresslevel=1, mtime=0)
 
     def ending(self) -> dict[str, Any] | None:
-        """What there is to say at the end of the mission, or None while it runs."""
+        """The facts of the mission's end, or None while it runs."""
         return self._ending
 
-    def _block(self, first: int, steps: Sequence[_Step]) -> Block:
-        return Block(
+    def _block(self, first: int, steps: Sequence[_Step]) -> StepRange:
+        return StepRange(
             first=first,
             columns={
-                name: np.stack([step.columns[name] for step in steps]) for name in ROBOT_COLUMNS
+                c.name: np.stack([step.columns[c.name] for step in steps]) for c in robot_columns()
             },
-            team=np.stack([step.team for step in steps]),
             map_counts=np.array([len(step.map_cells) for step in steps]),
             map_cells=np.concatenate([step.map_cells for step in steps]),
             map_log_odds=np.concatenate([step.map_log_odds for step in steps]),

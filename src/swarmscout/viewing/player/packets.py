@@ -1,4 +1,4 @@
-"""Packets: how the player's page gets numbers.
+"""Packets: the format in which the player's page receives numbers.
 
 A packet is plain data for JSON and named arrays of whole numbers or floats behind it:
 

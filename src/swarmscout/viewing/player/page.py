@@ -1,6 +1,6 @@
 """The player's page: its files, and the same page as one file that holds everything.
 
-Nothing on the page comes from another host, and its policy (CSP) forbids the browser to ask one.
+The page makes no requests to other hosts, and its Content-Security-Policy forbids them.
 """
 
 from __future__ import annotations
@@ -12,15 +12,19 @@ import html
 import json
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
+
+from swarmscout.viewing.palette import DARK, LIGHT
 
 __all__ = ["PAGE_FILES", "file_bytes", "one_file", "served_policy"]
 
 PAGE_FILES: dict[str, str] = {
     "index.html": "text/html; charset=utf-8",
     "style.css": "text/css; charset=utf-8",
+    "palette.css": "text/css; charset=utf-8",
     "vendor/uPlot.min.css": "text/css; charset=utf-8",
     **{
         f"{name}.js": "text/javascript; charset=utf-8"
@@ -34,29 +38,32 @@ PAGE_FILES: dict[str, str] = {
             "history",
             "mission",
             "sensing",
+            "palette",
             "colours",
             "canvas",
             "teams",
             "overlay",
+            "legend",
+            "gauges",
             "map",
             "terrain",
-            "still",
+            "terrain_cpu",
             "robots",
             "scene",
             "curves",
             "decisions",
-            "telling",
+            "describe",
             "timeline",
             "clock",
             "sources",
             "ownmap",
-            "pointing",
-            "typing",
+            "pointer",
+            "keyboard",
             "main",
         )
     },
 }
-"""Every file that the page is made of, and its type. A script stands after those it imports."""
+"""All files of the page and their types; a script stands after those that it imports."""
 
 _NOTHING_ELSE = "default-src 'none'; img-src data: blob:; base-uri 'none'; form-action 'none'"
 _IMPORT = re.compile(r"""\bfrom\s*["'](\./[^"']+|three)["']""")
@@ -66,10 +73,24 @@ _NAMES = {"three": "vendor/three.module.min.js"}
 @cache
 def file_bytes(name: str) -> bytes:
     """The bytes of one of :data:`PAGE_FILES`."""
+    if name.startswith("palette."):
+        return _palettes(name)
     place: Traversable = files("swarmscout.viewing.player").joinpath("page")
     for part in name.split("/"):
         place = place.joinpath(part)
     return place.read_bytes()
+
+
+def _palettes(name: str) -> bytes:
+    """The palettes as a script and as a style sheet."""
+    palettes = {"dark": asdict(DARK), "light": asdict(LIGHT)}
+    if name.endswith(".js"):
+        return f"export const PALETTES = {json.dumps(palettes, indent=1)};\n".encode()
+    rules = []
+    for theme, colours in palettes.items():
+        values = "".join(f" --{key}: {colour};" for key, colour in colours.items())
+        rules.append(f':root[data-theme="{theme}"] {{ color-scheme: {theme};{values} }}\n')
+    return "".join(rules).encode()
 
 
 @cache
@@ -91,7 +112,7 @@ def one_file(
     """The page as one HTML file.
 
     Args:
-        title: what the browser shows in its tab.
+        title: of the page.
         missions: each mission's data, as :func:`swarmscout.viewing.player.recorded.player_data`
             makes it; one or two.
         beliefs: for each mission the maps of single robots, as

@@ -1,4 +1,4 @@
-"""What a language model was asked for a decision, as the player's page shows it."""
+"""Prompts to a language model and its answers, as the page shows them."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from typing import Any
 
 from swarmscout.core.errors import RunError
 from swarmscout.core.recorder import Decision
-from swarmscout.recording.attempts import attempt_row, prompt_text
+from swarmscout.recording.decisions import Asked, attempt_row, prompt_text
 from swarmscout.recording.run import Run
-from swarmscout.recording.tables import schema_of
 
 __all__ = ["questions_live", "questions_of"]
 
@@ -17,16 +16,17 @@ KEY = ("step", "team", "leader")
 
 
 def questions_live(decision: Decision, columns: int) -> list[dict[str, Any]]:
-    """The attempts of a decision that was just made, with their texts.
+    """The attempts of a live decision, with their texts.
 
     Args:
-        decision: with its attempts; columns: of the map, for flat cells.
+        decision: with its attempts.
+        columns: of the map, for flat cells.
     """
     rows = []
-    for attempt in decision.attempts:
-        row = dict(zip(schema_of("attempts"), attempt_row(decision, attempt, columns), strict=True))
-        row["prompt"] = prompt_text(attempt.request.messages)
-        row["answer"] = attempt.reply.text or None
+    for asked in Asked.of(decision, columns):
+        row = attempt_row(asked)
+        row["prompt"] = prompt_text(asked.attempt.request.messages)
+        row["answer"] = asked.attempt.reply.text or None
         rows.append(_shown(row))
     return rows
 
@@ -36,7 +36,7 @@ def questions_of(run: Run) -> dict[tuple[int, int, int], list[dict[str, Any]]]:
     found: dict[tuple[int, int, int], list[dict[str, Any]]] = {}
     for row in run.attempts.to_dicts():
         for name in ("prompt", "answer"):
-            # Where a text was lost, its hash still says which one it was.
+            # Where a text is missing, its hash is shown instead.
             with contextlib.suppress(RunError):
                 row[name] = row[name] and run.text(row[name])
         found.setdefault((row["step"], row["team"], row["leader"]), []).append(_shown(row))
@@ -44,5 +44,5 @@ def questions_of(run: Run) -> dict[tuple[int, int, int], list[dict[str, Any]]]:
 
 
 def _shown(row: dict[str, Any]) -> dict[str, Any]:
-    """Without what the decision says itself."""
+    """A row without the columns of the decision itself."""
     return {name: value for name, value in row.items() if name not in KEY}

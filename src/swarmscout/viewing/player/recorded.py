@@ -1,4 +1,4 @@
-"""A recorded run as the player's data: a packet with its facts, and a block with all its steps."""
+"""A recorded run as the player's data: a packet with its facts, and one with all its steps."""
 
 from __future__ import annotations
 
@@ -24,26 +24,29 @@ from swarmscout.robots.sensors.parameters import (
 )
 from swarmscout.robots.sensors.ray_sensor import RaySensor
 from swarmscout.robots.sensors.registry import SENSORS
-from swarmscout.viewing.player.blocks import Block, pack_block, robot_columns
 from swarmscout.viewing.player.packets import differences, pack
+from swarmscout.viewing.player.page_text import page_data, page_text
 from swarmscout.viewing.player.questions import questions_of
+from swarmscout.viewing.player.step_range import StepRange, pack_steps, robot_columns, whole_numbers
 from swarmscout.viewing.relief import Relief, relief_of
 from swarmscout.worlds.world import World
 
 if TYPE_CHECKING:
+    import polars as pl
+
     from swarmscout.recording.run import Run
 
-__all__ = ["block_of", "mission_packet", "player_data"]
+__all__ = ["mission_packet", "player_data", "steps_of"]
 
 
 def player_data(run: Run) -> bytes:
-    """Everything that the page shows of a run, gzipped.
+    """All that the page shows of a run, gzipped.
 
     Args:
-        run: finished or not; recorded with ``record="full"``.
+        run: finished or not; recorded with ``full``, or with ``curves``, which has no robots.
 
     Raises:
-        RunError: steps were not recorded, or the world cannot be had back.
+        RunError: steps were not recorded, or the world cannot be loaded.
     """
     facts = {
         "finished": run.finished,
@@ -51,9 +54,11 @@ def player_data(run: Run) -> bytes:
         "version": run.facts["version"],
         "own_maps": run.own_maps,
     }
+    if "steps" not in run.tables:  # Curves, decisions and the final map, but no robots.
+        facts |= {"robots": 0, "own_maps": False}
     name = "run" if run.path is None else run.path.resolve().name
     packet = mission_packet(name, run.scenario, run.world(), run.frame, run.stations_m, facts)
-    return gzip.compress(packet + pack_block(block_of(run)), compresslevel=6, mtime=0)
+    return gzip.compress(packet + pack_steps(steps_of(run)), compresslevel=6, mtime=0)
 
 
 def mission_packet(
@@ -64,24 +69,24 @@ def mission_packet(
     stations_m: NDArray[np.float64],
     facts: Mapping[str, Any],
 ) -> bytes:
-    """The packet with what does not change during a mission.
+    """The packet with the facts that do not change during a mission.
 
     Args:
-        name: what the run is called.
-        scenario: what is run.
-        world: where.
+        name: of the run.
+        scenario: of the mission.
+        world: of the mission.
         frame: the map's frame.
         stations_m: float64[k, 2], charging stations.
-        facts: what else the page may show, plain data.
+        facts: further facts for the page, plain data.
     """
     relief = relief_of(world)
     arrays: dict[str, NDArray[Any]] = dict(_relief_arrays(relief))
     arrays["free"] = np.packbits((world.free != 0).ravel())
     return pack(
         {
-            "name": name,
-            "world": world.name,
-            "selector": scenario.destinations,
+            "name": page_text(name),
+            "world": page_text(world.name),
+            "selector": page_text(scenario.destinations),
             "seed": scenario.seed,
             "robots": scenario.robots,
             "planned_steps": scenario.steps,
@@ -104,54 +109,72 @@ def mission_packet(
                 "event": EVENTS,
                 "cause": CAUSES,
             },
-            **facts,
+            **page_data(facts),
         },
         arrays,
     )
 
 
-def block_of(run: Run) -> Block:
-    """All steps of a run as a block.
+def steps_of(run: Run) -> StepRange:
+    """All steps of a run.
 
     Raises:
-        RunError: steps were not recorded, or none was.
+        RunError: no step was recorded.
     """
+    if "steps" not in run.tables:
+        return _without_robots(run)
     steps, robots = run.steps, run.scenario.robots
     count = steps.height // robots
     if not count:
-        raise RunError(f"{run!r} holds no step yet: there is nothing to show")
+        raise RunError(f"{run!r} has no step yet: nothing to show")
 
     def column(name: str) -> NDArray[Any]:
         series = steps[name]
         values = series.to_physical() if series.dtype == _enum() else series
         return values.to_numpy().reshape(count, robots)
 
-    names = ("x_m", "y_m", "heading_rad", "charge", "mode", "action", "contact", "alive")
-    columns = robot_columns(
-        *(column(name) for name in (*names, "leader", "desired", "destination"))
-    )
     changes, events, coverage = run.map_changes, run.events, run.coverage
     kinds = events["kind"].to_physical().to_numpy()
     rest = [events[name].to_numpy() for name in ("robot", "other", "value")]
-    return Block(
+    return StepRange(
         first=int(steps["step"][0]),
-        columns=columns,
-        team=column("team"),
+        columns={c.name: whole_numbers(c, column(c.name)) for c in robot_columns()},
         map_counts=np.bincount(changes["step"].to_numpy(), minlength=count),
         map_cells=changes["cell"].to_numpy(),
         map_log_odds=changes["log_odds"].to_numpy(),
         events=np.column_stack([events["step"].to_numpy(), kinds, *rest]).astype(np.int64),
         decisions=_decisions(run),
-        coverage={
-            name: coverage[name].to_numpy().astype(np.float64)[:count]
-            for name in coverage.columns
-            if name != "step"
-        },
+        coverage=_coverage(coverage),
     )
 
 
+def _without_robots(run: Run) -> StepRange:
+    """A run of which curves were recorded: its whole map appears in the last step."""
+    coverage, last = run.coverage, run.last_step
+    if last < 0:
+        raise RunError(f"{run!r} holds no step yet: there is nothing to show")
+    odds = run.map_at().ravel() if run.finished else np.zeros(run.frame.size, dtype=np.int32)
+    cells = np.flatnonzero(odds)
+    nothing = np.zeros((last + 1, 0), dtype=np.int64)
+    return StepRange(
+        first=0,
+        columns={column.name: nothing for column in robot_columns()},
+        map_counts=np.array([0] * last + [len(cells)]),
+        map_cells=cells,
+        map_log_odds=odds[cells],
+        events=np.zeros((0, 5), dtype=np.int64),
+        decisions=_decisions(run),
+        coverage=_coverage(coverage),
+    )
+
+
+def _coverage(coverage: pl.DataFrame) -> dict[str, NDArray[np.float64]]:
+    names = [name for name in coverage.columns if name != "step"]
+    return {name: coverage[name].to_numpy().astype(np.float64) for name in names}
+
+
 def _decisions(run: Run) -> list[dict[str, Any]]:
-    """Rows of ``decisions``, with what a language model was asked for them."""
+    """Rows of ``decisions``, with the requests to a language model for them."""
     rows = [_with_details(row) for row in run.decisions.to_dicts()]
     asked = questions_of(run)
     for row in rows:
@@ -163,7 +186,7 @@ def _decisions(run: Run) -> list[dict[str, Any]]:
 
 def _with_details(row: dict[str, Any]) -> dict[str, Any]:
     """A row of ``decisions`` whose details are data again."""
-    with contextlib.suppress(TypeError, ValueError):  # It can be shown as it stands, too.
+    with contextlib.suppress(TypeError, ValueError):  # Otherwise it is shown as text.
         row["details"] = json.loads(row["details"])
     return row
 
@@ -185,7 +208,7 @@ def _plain_frame(frame: GridFrame) -> dict[str, float]:
 
 
 def _relief_arrays(relief: Relief) -> dict[str, NDArray[Any]]:
-    """Heights in millimetres as differences along a row, shares in 255ths, 0 where nothing is."""
+    """Heights in millimetres as differences along a row, shares in 255ths, 0 outside."""
     height = np.rint(np.where(relief.shown, relief.ground_m, 0.0) * 1000.0).astype(np.int64)
     share = np.where(relief.shown, 1 + np.rint(relief.open_share * 254.0), 0).astype(np.uint8)
     return {

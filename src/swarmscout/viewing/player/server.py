@@ -1,17 +1,19 @@
-"""A small HTTP server for the player's page: missions that are recorded, and ones that run.
+"""A small HTTP server for the player's page: recorded missions and running ones.
 
-It binds loopback unless told otherwise. A request must name this server in ``Host`` and, where a
-browser says where it comes from, in ``Origin``: no other page can read a mission through somebody's
-browser. News of a running mission are Server-Sent Events. A connection remembers one number, the
-step that its browser has; what a slow browser missed is sent when it reads again, so it holds back
-nobody and nothing piles up for it.
+It binds loopback by default. A request must name this server in ``Host`` and, where the browser
+sends one, in ``Origin``: other pages cannot read a mission through a visitor's browser. Steps of a
+running mission are Server-Sent Events. A connection remembers one number, the last step that its
+browser has: slow clients catch up and never stall the mission. A client that sends its request, or
+takes the answer, slower than a few kilobytes in 20 seconds is disconnected.
 """
 
 from __future__ import annotations
 
 import base64
+import contextlib
 import ipaddress
 import json
+import socket
 import threading
 from collections.abc import Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -31,7 +33,9 @@ __all__ = ["PlayerServer", "Recorded", "Source"]
 USUAL_PORT = 8642
 SECONDS_BETWEEN_NEWS = 0.1
 SECONDS_TO_READ = 20.0
-"""A browser that takes nothing for so long is let go; it asks again when it wakes up."""
+"""Time limit of a whole request, and of each :data:`PIECE` of an answer."""
+PIECE = 1 << 16
+"""Bytes of an answer that are sent at once."""
 
 
 class Source(Protocol):
@@ -40,24 +44,24 @@ class Source(Protocol):
     live: bool
 
     def data(self) -> bytes:
-        """Everything so far, gzipped packets."""
+        """All steps so far, gzipped packets."""
 
     def news(self, first: int, wait_s: float) -> tuple[bytes, int]:
-        """The steps from `first` on as a packet, and what follows on them; b"" if none came."""
+        """The steps from `first` on as a packet, and the step after them; b"" if none."""
 
     def belief(self, robot: int, first: int) -> bytes | None:
-        """One robot's map from step `first` on, a gzipped packet; None where there is none."""
+        """One robot's map from step `first` on, a gzipped packet; None where it has none."""
 
     def ending(self) -> dict[str, Any] | None:
-        """What there is to say at the end of the mission, or None while it runs."""
+        """The facts of the mission's end, or None while it runs."""
 
 
 class Recorded:
     """A recorded run as a source.
 
     Args:
-        packed: what :func:`swarmscout.viewing.player.recorded.player_data` made of it.
-        run: the run itself, for the maps of single robots.
+        packed: from :func:`swarmscout.viewing.player.recorded.player_data`.
+        run: the run, for the maps of single robots.
     """
 
     live = False
@@ -68,11 +72,11 @@ class Recorded:
         self._beliefs: dict[int, bytes] = {}
 
     def data(self) -> bytes:
-        """Everything."""
+        """All steps."""
         return self._packed
 
     def news(self, first: int, wait_s: float) -> tuple[bytes, int]:
-        """There are none."""
+        """A recorded run gets no new steps."""
         return b"", first
 
     def belief(self, robot: int, first: int) -> bytes | None:
@@ -84,7 +88,7 @@ class Recorded:
         return self._beliefs[robot]
 
     def ending(self) -> dict[str, Any] | None:
-        """It has ended long ago."""
+        """A recorded run has ended."""
         return {}
 
 
@@ -94,10 +98,11 @@ class PlayerServer:
     Args:
         sources: one mission, or two side by side.
         host: the address to bind.
-        port: the port, 0 for any free one; None for the usual one, or a free one if it is taken.
+        port: the port, 0 for any free one; None for 8642, or a free one if that is taken.
 
     Attributes:
-        url: where the page is.
+        url: the page's address, for a browser on this machine.
+        opened: None on loopback; else one line that says what the address opens to the network.
 
     Raises:
         ViewError: the address cannot be bound.
@@ -108,21 +113,32 @@ class PlayerServer:
     ) -> None:
         self._server = _usual_or_free(host) if port is None else _listening(host, port)
         self._server.sources = list(sources)
-        self._server.names = {host.lower(), "localhost"}
-        bound = self._server.server_address[1]
-        shown = f"[{host}]" if ":" in host else host
-        self.url = f"http://{shown}:{bound}/"
+        own = socket.gethostname().lower()
+        self._server.names = {host.lower(), "localhost", own, f"{own}.local"}
+        everywhere = host in ("0.0.0.0", "::", "")
+        self.url = self._at("127.0.0.1" if everywhere else host)
+        self.opened = None
+        if everywhere or not _is_loopback(host):
+            address = self._at(own if everywhere else host)
+            self.opened = (
+                f"open to the network: everyone who can reach {address} can read this mission, "
+                "prompts included; there is no password and no encryption"
+            )
         self._thread: threading.Thread | None = None
 
+    def _at(self, host: str) -> str:
+        shown = f"[{host}]" if ":" in host else host
+        return f"http://{shown}:{self._server.server_address[1]}/"
+
     def start(self) -> None:
-        """Answer requests from now on, in threads of its own."""
+        """Start answering requests, in threads of the server's own."""
         self._thread = threading.Thread(
             target=self._server.serve_forever, name="player", daemon=True
         )
         self._thread.start()
 
     def stop(self) -> None:
-        """Close the door."""
+        """Stop serving."""
         if self._thread is not None:
             self._server.shutdown()
             self._thread.join()
@@ -145,13 +161,11 @@ class _Server(ThreadingHTTPServer):
     names: set[str]
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that went away is no error."""
+        """Ignore browsers that disconnect."""
 
 
 class _Server6(_Server):
-    import socket as _socket
-
-    address_family = _socket.AF_INET6
+    address_family = socket.AF_INET6
 
 
 def _usual_or_free(host: str) -> _Server:
@@ -166,13 +180,11 @@ def _listening(host: str, port: int) -> _Server:
     try:
         return kind((host, port), _Handler)
     except OverflowError:
-        raise ViewError(
-            f"port {port} is impossible: give one from 0 (any free one) to 65535"
-        ) from None
+        raise ViewError(f"port {port} is impossible: choose 0 (any free one) to 65535") from None
     except OSError as error:
         raise ViewError(
             f"cannot listen on {host}, port {port}: {error.strerror or error}; "
-            "give another with --port (0 takes any free one)"
+            "choose another with --port (0 takes any free one)"
         ) from None
 
 
@@ -183,10 +195,33 @@ class _Handler(BaseHTTPRequestHandler):
     server_version = f"swarmscout/{package_version()}"
     sys_version = ""
 
+    def handle_one_request(self) -> None:
+        """Read and answer one request; the whole of it has to come within the time limit.
+
+        A socket's timeout alone starts anew with each byte that drips in.
+        """
+        self._late = threading.Timer(self.timeout, self._hang_up)
+        self._late.daemon = True
+        self._late.start()
+        try:
+            super().handle_one_request()
+        finally:
+            self._late.cancel()
+
+    def _hang_up(self) -> None:
+        with contextlib.suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RDWR)
+
+    def parse_request(self) -> bool:
+        """Read the headers; from here on the limits on writing hold."""
+        whole = super().parse_request()
+        self._late.cancel()
+        return whole
+
     def do_GET(self) -> None:
         """Answer a request."""
         if not self._is_ours():
-            self._say(403, "this server answers its own page only")
+            self._say(403, "this server answers only its own page")
             return
         path = self.path.partition("?")[0].removeprefix("/")
         name = path or "index.html"
@@ -214,7 +249,7 @@ class _Handler(BaseHTTPRequestHandler):
             for what in ("data", "live", "belief")
         }
         if path not in known:
-            self._say(404, "there is nothing here")
+            self._say(404, "not found")
             return
         source, what = known[path]
         if what == "data":
@@ -229,14 +264,14 @@ class _Handler(BaseHTTPRequestHandler):
             self._stream(source)
 
     def _is_ours(self) -> bool:
-        """Whether the request was made to this server by name, and from its own page."""
+        """Whether the request names this server and comes from its own page."""
         host = self.headers.get("Host", "")
         try:
             name = (urlsplit(f"//{host}").hostname or "").lower()
         except ValueError:
             return False
         if name not in self.server.names and not _is_address(name):
-            return False  # Some other site's name that was made to point here.
+            return False  # Another site's name that resolves to this machine.
         origin = self.headers.get("Origin")
         if origin is not None and origin != f"http://{host}":
             return False
@@ -245,7 +280,7 @@ class _Handler(BaseHTTPRequestHandler):
         )
 
     def _stream(self, source: Source) -> None:
-        """Send news until the mission ends or the browser goes away."""
+        """Send new steps until the mission ends or the browser disconnects."""
         first = self._number("from")
         self._head(200, "text/event-stream")
         self.close_connection = True
@@ -253,7 +288,7 @@ class _Handler(BaseHTTPRequestHandler):
         while True:
             packet, first = source.news(first, wait_s=5.0)
             if packet:
-                self._event("block", base64.b64encode(packet))
+                self._event("steps", base64.b64encode(packet))
                 pause.wait(SECONDS_BETWEEN_NEWS)
             elif (ending := source.ending()) is not None:
                 self._event("end", json.dumps(ending).encode())
@@ -267,7 +302,9 @@ class _Handler(BaseHTTPRequestHandler):
         return int(asked) if asked.isascii() and asked.isdecimal() and len(asked) < 10 else 0
 
     def _event(self, name: str, data: bytes) -> None:
-        self.wfile.write(b"event: " + name.encode() + b"\ndata: " + data + b"\n\n")
+        event = b"event: " + name.encode() + b"\ndata: " + data + b"\n\n"
+        for at in range(0, len(event), PIECE):
+            self.wfile.write(event[at : at + PIECE])
 
     def _say(self, status: int, text: str) -> None:
         self._send(status, "text/plain; charset=utf-8", text.encode())
@@ -275,7 +312,8 @@ class _Handler(BaseHTTPRequestHandler):
     def _send(self, status: int, kind: str, body: bytes) -> None:
         self._head(status, kind, len(body))
         if self.command != "HEAD":
-            self.wfile.write(body)
+            for at in range(0, len(body), PIECE):
+                self.wfile.write(body[at : at + PIECE])
 
     def _head(self, status: int, kind: str, length: int | None = None) -> None:
         self.send_response(status)
@@ -296,7 +334,11 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Requests are nothing that a person wants to read."""
+        """Do not print requests."""
+
+
+def _is_loopback(host: str) -> bool:
+    return host == "localhost" or (_is_address(host) and ipaddress.ip_address(host).is_loopback)
 
 
 def _is_address(name: str) -> bool:

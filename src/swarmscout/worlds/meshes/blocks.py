@@ -1,4 +1,4 @@
-"""Breakdown as boulders: convex blocks that lie where the raster says that nobody drives.
+"""Breakdown as boulders: convex blocks on cells that the raster calls not free.
 
 Each block is cut to fit: planes take away what would stand on free ground. Blocks overlap, as in a
 real pile, and are sunk into the floor.

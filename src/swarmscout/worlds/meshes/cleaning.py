@@ -1,4 +1,4 @@
-"""What is wrong with a mesh's triangles is taken out, before anything is made of them."""
+"""Removal of unusable triangles."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Cleaned:
     Attributes:
         vertices: float64[V, 3], finite, no two alike, each used.
         triangles: int32[T, 3], rows of vertices, wound as they were.
-        not_finite: triangles left out because a corner is no number.
+        not_finite: triangles left out because a corner is not a finite number.
         degenerate: triangles left out because they have no area.
         doubled: triangles left out because another has the same corners.
     """
@@ -31,7 +31,7 @@ class Cleaned:
 
 
 def cleaned(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Cleaned:
-    """Take out triangles with corners that are no numbers, without an area, and second copies.
+    """Remove triangles with corners that are not finite, without an area, and second copies.
 
     Args:
         vertices: float64[V, 3].
@@ -72,7 +72,7 @@ def cleaned(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Clea
 def _only_used(
     triangles: NDArray[np.int64], count: int
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Which of so many vertices triangles use, and the triangles when only those are left."""
+    """Which of ``count`` vertices triangles use, and the triangles renumbered to those."""
     used = np.zeros(count, dtype=np.bool_)
     used[triangles.ravel()] = True
     return used, (np.cumsum(used) - 1)[triangles]

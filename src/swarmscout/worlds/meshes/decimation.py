@@ -19,7 +19,7 @@ _SHRINK = 2.0**-21
 """A power of two: it changes no digit of a number."""
 _LEAST_ERROR = np.finfo(np.float64).eps
 TOLERANCE_M = float(np.sqrt(_LEAST_ERROR)) / _SHRINK
-"""0.031 m: no vertex moves farther from the planes of the triangles that it stands for.
+"""0.031 m: no vertex moves farther from the planes of the triangles that it replaces.
 
 The library's lossless mode collapses an edge if the squares of these distances add up to less than
 rounding; in a mesh so much smaller that is this bound.
@@ -73,7 +73,7 @@ def _collapsed(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> T
 
 
 def _welded(one: Triangles, other: Triangles) -> Triangles:
-    """Both as one: vertices at the same place, to the bit, become one."""
+    """Both as one: vertices at exactly the same place become one."""
     if not len(other[1]):
         return one
     used, numbers = np.unique(other[1], return_inverse=True)

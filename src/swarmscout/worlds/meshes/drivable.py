@@ -7,20 +7,25 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.arrays import world_from_array
-from swarmscout.worlds.meshes.flood_fill import Flooded
+from swarmscout.worlds.meshes.flood_fill import FloodedFloor
 from swarmscout.worlds.meshes.ground import flanks, ground_under
+from swarmscout.worlds.meshes.report import passage_widths_m
+from swarmscout.worlds.meshes.span_heightfield import Spans
 from swarmscout.worlds.morphology import fits, parts
 from swarmscout.worlds.starts import start_of
 
-__all__ = ["Drivable", "drivable"]
+__all__ = ["Drivable", "check_not_inside_walls", "drivable"]
 
 _SKYLIGHT_M2 = 100.0
 """A hole in a roof is a skylight up to here; what is larger is the land outside."""
 _NEAR_M = 1.0
+_WALL_M = 1.2
+"""Floor in nothing but passages narrower than this may be the inside of hollow walls."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +48,7 @@ class Drivable:
 
 
 def drivable(
-    reached: Flooded, roof: bool, start_m: tuple[float, ...] | None, radius_m: float = 0.15
+    reached: FloodedFloor, roof: bool, start_m: tuple[float, ...] | None, radius_m: float = 0.15
 ) -> Drivable:
     """Take out what stands out of the ground, is steep or cut off.
 
@@ -87,7 +92,36 @@ def drivable(
     return Drivable(free, height, ceiling, start, left_out)
 
 
-def _outside(reached: Flooded, cell_m: float) -> NDArray[np.bool_]:
+def check_not_inside_walls(spans: Spans, frame: GridFrame, floor: Drivable) -> None:
+    """Refuse floor that is only inside (or on top of) walls round a place without a floor.
+
+    Args:
+        spans: room over all floors.
+        frame: the raster that they lie in.
+        floor: what was taken for the floor.
+
+    Raises:
+        WorldError: the floor is narrow throughout and encloses more than itself without any
+            surface, as the walls of a building do that stands on the ground of a simulator.
+    """
+    width = passage_widths_m(floor.free, frame.cell_m)[2]
+    if width >= _WALL_M:
+        return
+    surface = np.zeros(frame.rows * frame.columns, dtype=np.bool_)
+    surface[spans.cell] = True
+    raster = surface.reshape(frame.rows, frame.columns)
+    enclosed = np.count_nonzero(ndimage.binary_fill_holes(raster) & ~raster)
+    if enclosed > np.count_nonzero(floor.free):
+        cell_m2 = frame.cell_m**2
+        raise WorldError(
+            f"it has no floor but inside its walls: {np.count_nonzero(floor.free) * cell_m2:,.0f} "
+            f"m² in passages of at most {width:.1f} m, round {enclosed * cell_m2:,.0f} m² without "
+            "any surface; add the ground that it stands on (--ground-plane, or --ground Z), or say "
+            "that these passages are meant (--roof or --no-roof)"
+        )
+
+
+def _outside(reached: FloodedFloor, cell_m: float) -> NDArray[np.bool_]:
     """Floor under open sky that is larger than a skylight."""
     labels = parts(np.isinf(reached.ceiling_m))
     large = np.flatnonzero(np.bincount(labels.ravel()) * cell_m**2 > _SKYLIGHT_M2)

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.grid import GridFrame
-from swarmscout.worlds.meshes.span_graph import Links, ranks_from
+from swarmscout.worlds.meshes.span_graph import SpanGraph, ranks_from
 from swarmscout.worlds.meshes.span_heightfield import Spans
 
-__all__ = ["Flooded", "flooded"]
+__all__ = ["FloodedFloor", "flood_fill"]
 
 _ROOMY_M = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Flooded:
+class FloodedFloor:
     """What was reached, as rasters that are cut to it.
 
     Attributes:
@@ -37,29 +37,29 @@ class Flooded:
     other_level: int
 
 
-def flooded(
+def flood_fill(
     spans: Spans,
-    links: Links,
+    links: SpanGraph,
     frame: GridFrame,
     members: NDArray[np.bool_],
     start: int,
     roof: bool = False,
-) -> Flooded:
+) -> FloodedFloor:
     """Flood from a span; where floors lie one above the other the one reached first counts.
 
-    The flood goes through places with head room first, and then through low ones; where a roof is
-    meant it goes under it first, or else the land above a cave would take the cave's cells.
+    The flood goes through places with head room first, and then through low ones; with a roof
+    it goes under it first, or the land above a cave would take the cells of the cave.
 
     Args:
         spans: room over floors.
         links: between them.
         frame: the whole raster.
-        members: bool[n], the spans that hang together with the start.
+        members: bool[n], the spans connected with the start.
         start: the span to set out from.
-        roof: whether floor under a ceiling is meant.
+        roof: whether only floor under a ceiling counts.
     """
     ranks = ranks_from(links, members, start)
-    # Where there is head room first: the pocket under a ramp shall not take its cells from it.
+    # Spans with head room first, or the pocket under a ramp would take cells from the ramp.
     roomy = members & (spans.ceiling_m - spans.floor_m >= _ROOMY_M)
     for sooner in (roomy, roomy & np.isfinite(spans.ceiling_m)) if roof else (roomy,):
         if sooner[start]:
@@ -96,13 +96,13 @@ def flooded(
         here, there = _neighbours(span_of, axis)
         apart = (here >= 0) & (there >= 0) & (to[here] != there)
         wall = walled[here]
-        # The wall's own cell, or else the higher of two floors: where it ends there is an edge.
+        # The cell of the wall, or the higher of two floors: there is an edge where it ends.
         height, other = _neighbours(floor, axis)
         mine = np.where(wall == 0, height >= other, wall == 1)
         near, far = _neighbours(brink, axis)
         near |= apart & mine
         far |= apart & ~mine
-    return Flooded(window, floor, ceiling, brink, several)
+    return FloodedFloor(window, floor, ceiling, brink, several)
 
 
 def _neighbours(raster: NDArray[Any], axis: int) -> tuple[NDArray[Any], NDArray[Any]]:

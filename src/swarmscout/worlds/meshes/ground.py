@@ -1,4 +1,4 @@
-"""The ground under a floor's bumps, and where a floor is no ground: obstacles and steep places."""
+"""The ground under the bumps of a floor, and where the floor is an obstacle or too steep."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from swarmscout.worlds.morphology import covered_by
 __all__ = ["Ground", "flanks", "ground_under"]
 
 _BUMP_M = 0.6
-"""Radius: what is narrower than this disc and stands out of the floor is no ground."""
+"""Radius: what is narrower than this disc and stands out of the floor is not ground."""
 _OBSTACLE_M = 0.2
 _STEEPEST_DEG, _SPARE_DEG, _SLOPE_M = 30.0, 8.0, 0.5
 _SMOOTH_M = 0.3
@@ -58,7 +58,7 @@ def ground_under(floor_m: NDArray[np.float32], cell_m: float) -> Ground:
     nearest = _disc(_stride(cell_m) * cell_m, cell_m)
     slope = _slope(np.where(known, height, np.float32(np.nan)), nearest, cell_m)
     steep = known & (slope > math.tan(math.radians(_STEEPEST_DEG)))
-    # At its upper edge an opened slope is level, whatever the floor there is.
+    # At its upper edge an opened slope is level, even where the floor is not.
     plain = np.where(obstacle, np.float32(np.nan), floor_m)
     slope = _slope(plain, _disc(_SLOPE_M, cell_m), cell_m)
     steep |= known & (slope > math.tan(math.radians(_STEEPEST_DEG + _SPARE_DEG)))
@@ -96,7 +96,7 @@ def _disc(radius_m: float, cell_m: float) -> NDArray[np.int64]:
 def _extreme(heights, floor, offsets, sign):  # type: ignore[no-untyped-def]
     """The highest (sign 1) or lowest (−1) height within a disc round each cell.
 
-    SciPy's grey filters know no missing heights, nor that beyond a ledge another level begins, and
+    SciPy's grey filters support neither missing heights nor another level beyond a ledge, and
     take every cell of a raster that is mostly rock.
     """
     rows, columns = heights.shape
@@ -136,7 +136,7 @@ def _smoothed(heights: NDArray[np.float32], cell_m: float, sigma_m: float) -> ND
 
 @kernel
 def _mean(heights, where, offsets, weights):  # type: ignore[no-untyped-def]
-    """The weighted mean of the known heights about each cell that is asked for.
+    """The weighted mean of the known heights about each wanted cell.
 
     Where a height is known it counts only what is on its own level: beyond a ledge the ground is
     another one.

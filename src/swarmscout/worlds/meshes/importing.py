@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.arrays import world_from_array
-from swarmscout.worlds.meshes.alignment import Framed, framed
+from swarmscout.worlds.meshes.alignment import Alignment, align, with_ground
 from swarmscout.worlds.meshes.cleaning import Cleaned, cleaned
-from swarmscout.worlds.meshes.drivable import Drivable, drivable
+from swarmscout.worlds.meshes.drivable import Drivable, check_not_inside_walls, drivable
 from swarmscout.worlds.meshes.files import read_mesh_file
-from swarmscout.worlds.meshes.flood_fill import Flooded, flooded
-from swarmscout.worlds.meshes.level_selection import Chosen, choose
+from swarmscout.worlds.meshes.flood_fill import FloodedFloor, flood_fill
+from swarmscout.worlds.meshes.level_selection import SelectedLevel, select_level
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.meshes.report import ImportReport, passage_widths_m
-from swarmscout.worlds.meshes.span_graph import link
+from swarmscout.worlds.meshes.span_graph import build_span_graph
 from swarmscout.worlds.meshes.span_heightfield import Spans, find_spans
 from swarmscout.worlds.meshes.walls import find_walls
 from swarmscout.worlds.reachability import reachable
@@ -43,6 +43,8 @@ _RESOLUTION_M = 0.1
 _SMALL_M, _LONG_M, _USUAL_M = 2.0, 1000.0, 30.0
 """A place for robots of 0.3 m that is smaller or larger may be given in another unit."""
 _ABSURD_M = 1e9
+_ROOF_M, _FLAT_M = 1.8, 0.1
+"""A level floor so high above everything else may be the top of a building's roof."""
 Progress = Callable[[str, float], None]
 
 
@@ -55,6 +57,7 @@ def import_mesh(
     roof: bool | None = None,
     resolution_m: float | None = None,
     step_height_m: float | None = None,
+    ground_m: float | str | None = None,
     progress: Progress | None = None,
 ) -> World:
     """Make a world of a cave's mesh.
@@ -64,14 +67,17 @@ def import_mesh(
 
     Args:
         path: an OBJ, STL, PLY, GLB, glTF, DAE or OFF file.
-        up: ``"z"`` or ``"y"``, the mesh's own axis that points up; None: guessed from its surfaces.
-        scale: metres per unit of the file; None: as the file says, or else 1.
+        up: ``"z"``, ``"y"`` or ``"x"``, the axis of the mesh that points up; None: guessed from its
+            surfaces.
+        scale: metres per unit of the file; None: as the file says, or 1.
         start_m: ``(x, y)`` or ``(x, y, z)`` in metres, in the mesh's frame with z up; None: a roomy
             place of the largest floor.
         roof: whether floor must lie under a ceiling; None: found out.
         resolution_m: edge of a raster cell; None for 0.1.
         step_height_m: most difference in height between neighbouring cells; None for 0.15.
-        progress: is told what is being done and the share that is done of it, 0 to 1.
+        ground_m: height of a level ground that is added under a mesh without a floor, in metres in
+            the mesh's frame with z up; ``"lowest"`` for its lowest point; None: nothing is added.
+        progress: called with the present stage and the share of it that is done, 0 to 1.
 
     Returns:
         The world: rasters of free cells, ground and ceiling, a start, the mesh in the world's
@@ -79,7 +85,7 @@ def import_mesh(
 
     Raises:
         WorldError: the file cannot be read, an option is impossible, the mesh has an implausible
-            size, or there is no floor that can be driven.
+            size, or it has no floor that can be driven.
 
     Example:
         >>> import_mesh("cave.ply", scale=0.001).start_m  # doctest: +SKIP
@@ -87,7 +93,7 @@ def import_mesh(
     """
     return import_mesh_with_report(
         path, up=up, scale=scale, start_m=start_m, roof=roof, resolution_m=resolution_m,
-        step_height_m=step_height_m, progress=progress,
+        step_height_m=step_height_m, ground_m=ground_m, progress=progress,
     )[0]  # fmt: skip
 
 
@@ -100,6 +106,7 @@ def import_mesh_with_report(
     roof: bool | None = None,
     resolution_m: float | None = None,
     step_height_m: float | None = None,
+    ground_m: float | str | None = None,
     progress: Progress | None = None,
 ) -> tuple[World, ImportReport]:
     """The same as :func:`import_mesh`, with a report of what was found, decided and left out."""
@@ -117,40 +124,30 @@ def import_mesh_with_report(
     say("cleaning", 0.0)
     clean = cleaned(file.vertices, file.triangles)
     _check_rest(path, len(file.triangles), clean)
-    frame_of = framed(file, clean.vertices, clean.triangles, up, scale)
-    sha256 = file.sha256
+    frame_of = align(file, clean.vertices, clean.triangles, up, scale)
+    triangles = clean.triangles
+    if ground_m is not None:
+        frame_of, triangles = with_ground(frame_of, triangles, ground_m)
+    sha256, crossing = file.sha256, file.crossing
     del file
     frame, corners = _raster(path, frame_of, cell_m)
     if start is not None:
         start = tuple(part - off for part, off in zip(start, frame_of.offset_m, strict=False))
 
-    spans = find_spans(
-        corners, clean.triangles, frame, CLEARANCE_M, lambda share: say("cutting columns", share)
-    )
-    if not len(spans.cell):
-        raise WorldError(
-            f"mesh '{path}': no floor that can be driven: {spans.hit:,} columns meet a surface, "
-            f"and none has {CLEARANCE_M:g} m of room over a floor{_hint(frame_of)}"
-        )
-    walls = find_walls(
-        corners, clean.triangles, frame, CLEARANCE_M, lambda share: say("finding walls", share)
-    )
-    del corners
-    say("flooding", 0.0)
-    links = link(spans, walls, frame, step_m, CLEARANCE_M)
-    del walls
     try:
-        chosen = choose(spans, links, frame, roof, start)
-        say("flooding", 0.5)
-        reached = flooded(spans, links, frame, chosen.members, chosen.start, chosen.roof)
-        del links
-        say("finding the ground", 0.0)
-        floor = drivable(reached, chosen.roof, start)
+        spans, reached, chosen, floor = _find_floor(
+            corners, triangles, frame, step_m, roof, start, say
+        )
     except WorldError as error:
         raise WorldError(f"mesh '{path}': {error}{_moved(frame_of)}{_hint(frame_of)}") from None
-    mesh = Mesh(frame_of.vertices_m.astype(np.float32), clean.triangles)
+    mesh = Mesh(frame_of.vertices_m.astype(np.float32), triangles)
     origin = reached.frame.origin_x_m, reached.frame.origin_y_m
     source = _source(path, sha256, frame_of, cell_m, step_m, chosen.roof)
+    if ground_m is not None:
+        source["ground_m"] = ground_m
+    notes = _notes(crossing, floor, frame_of)
+    if notes:
+        source["notes"] = "; ".join(notes)
     world = world_from_array(
         floor.free,
         cell_m,
@@ -165,7 +162,62 @@ def import_mesh_with_report(
     say("measuring", 0.0)
     report = _report(path, world, clean, frame_of, spans, reached, chosen, floor, start is None)
     say("measuring", 1.0)
-    return world, dataclasses.replace(report, seconds=time.perf_counter() - began)
+    seconds = time.perf_counter() - began
+    return world, dataclasses.replace(report, notes=notes, seconds=seconds)
+
+
+def _find_floor(
+    corners: NDArray[np.float64],
+    triangles: NDArray[np.int32],
+    frame: GridFrame,
+    step_m: float,
+    roof: bool | None,
+    start: tuple[float, ...] | None,
+    say: Progress,
+) -> tuple[Spans, FloodedFloor, SelectedLevel, Drivable]:
+    """All floors of a mesh, the flooded one, how it was selected, and what of it can be driven.
+
+    Raises:
+        WorldError: no floor can be driven, or none that is likely to be meant.
+    """
+    spans = find_spans(
+        corners, triangles, frame, CLEARANCE_M, lambda share: say("cutting columns", share)
+    )
+    if not len(spans.cell):
+        raise WorldError(
+            f"no floor that can be driven: {spans.hit:,} columns meet a surface, and none has "
+            f"{CLEARANCE_M:g} m of room over a floor; a building without one needs --ground-plane"
+        )
+    walls = find_walls(
+        corners, triangles, frame, CLEARANCE_M, lambda share: say("finding walls", share)
+    )
+    say("flooding", 0.0)
+    graph = build_span_graph(spans, walls, frame, step_m, CLEARANCE_M)
+    del walls
+    chosen = select_level(spans, graph, frame, roof, start)
+    say("flooding", 0.5)
+    reached = flood_fill(spans, graph, frame, chosen.members, chosen.start, chosen.roof)
+    del graph
+    say("finding the ground", 0.0)
+    floor = drivable(reached, chosen.roof, start)
+    if roof is None and start is None:
+        check_not_inside_walls(spans, frame, floor)
+    return spans, reached, chosen, floor
+
+
+def _notes(crossing: int, floor: Drivable, at: Alignment) -> tuple[str, ...]:
+    """Properties of the mesh that may be unintended, one line each."""
+    notes = []
+    if crossing:
+        notes.append(f"{crossing:,} polygons cross themselves: their surface is ambiguous")
+    heights = floor.ground_m[floor.free]
+    above = float(np.median(heights)) - float(at.vertices_m[:, 2].min())
+    if floor.ceiling_m is None and above > _ROOF_M and float(np.std(heights)) < _FLAT_M:
+        notes.append(
+            f"the floor is level and {above:.1f} m above the lowest point of the mesh: if it is "
+            "the top of a roof, add the ground under it (--ground-plane)"
+        )
+    return tuple(notes)
 
 
 def _silent(_: str, __: float) -> None:
@@ -187,7 +239,7 @@ def _number(name: str, given: float | None, default: float) -> float:
 def _checked(
     start_m: Sequence[float] | None, cell_m: float, step_m: float
 ) -> tuple[float, ...] | None:
-    """The start as a tuple; complains about impossible options."""
+    """The start as a tuple; impossible options are refused."""
     check_length("resolution_m", cell_m)
     if not 0.0 < step_m < CLEARANCE_M:
         raise WorldError(
@@ -209,18 +261,18 @@ def _check_rest(path: Path, count: int, clean: Cleaned) -> None:
     if len(clean.triangles):
         return
     raise WorldError(
-        f"mesh '{path}' has no triangle of any use: of {count:,} triangles {clean.not_finite:,} "
-        f"have a corner that is no number, and {clean.degenerate:,} have no area"
+        f"mesh '{path}' has no usable triangle: of {count:,} triangles {clean.not_finite:,} "
+        f"have a corner that is not a finite number, and {clean.degenerate:,} have no area"
     )
 
 
-def _raster(path: Path, at: Framed, cell_m: float) -> tuple[GridFrame, NDArray[np.float64]]:
+def _raster(path: Path, at: Alignment, cell_m: float) -> tuple[GridFrame, NDArray[np.float64]]:
     """A raster round the mesh, and its vertices in cells: a cell's centre is a whole number."""
     low, high = at.vertices_m.min(axis=0), at.vertices_m.max(axis=0)
     size = high - low
     if max(size[0], size[1]) < 2.0 * cell_m or not np.isfinite(size).all():
         raise WorldError(f"mesh '{path}' is {_size(size)} large: nothing to explore{_hint(at)}")
-    # Lines between cells lie on multiples of the cell's edge, whatever the mesh's corner.
+    # Lines between cells lie on multiples of the cell's edge, wherever the mesh begins.
     first = np.floor(low[:2] / cell_m) - 2.0
     count = np.ceil(high[:2] / cell_m) + 2.0 - first
     cells = float(np.sqrt(count).prod()) ** 2 if size.max() < _ABSURD_M else math.inf
@@ -251,15 +303,15 @@ def _size(size: NDArray[np.float64]) -> str:
     return " × ".join(few) + " m"
 
 
-def _moved(at: Framed) -> str:
-    """Which coordinates a complaint is in, where they are not the mesh's own."""
+def _moved(at: Alignment) -> str:
+    """The frame of the coordinates in an error, where it is not the mesh's own."""
     if not any(at.offset_m):
         return ""
     x, y, z = at.offset_m
     return f" (all of these in the world's frame: the mesh's less {x:.0f}, {y:.0f}, {z:.0f} m)"
 
 
-def _hint(at: Framed) -> str:
+def _hint(at: Alignment) -> str:
     """What may be wrong with the unit, where the size is not that of a place for robots."""
     longest = float(np.ptp(at.vertices_m, axis=0).max())
     if _SMALL_M <= longest <= _LONG_M:
@@ -273,7 +325,7 @@ def _hint(at: Framed) -> str:
 
 
 def _source(
-    path: Path, sha256: str, at: Framed, cell_m: float, step_m: float, roof: bool
+    path: Path, sha256: str, at: Alignment, cell_m: float, step_m: float, roof: bool
 ) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "file": path.name, "sha256": sha256, "up": at.up, "scale": at.scale, "roof": roof,
@@ -288,10 +340,10 @@ def _report(
     path: Path,
     world: World,
     clean: Cleaned,
-    at: Framed,
+    at: Alignment,
     spans: Spans,
-    reached: Flooded,
-    chosen: Chosen,
+    reached: FloodedFloor,
+    chosen: SelectedLevel,
     floor: Drivable,
     proposed: bool,
 ) -> ImportReport:
@@ -323,7 +375,7 @@ def _report(
         size_m=(x_m, y_m, z_m),
         triangles=len(clean.triangles),
         cleaned={
-            "with a corner that is no number": clean.not_finite,
+            "with a corner that is not finite": clean.not_finite,
             "without an area": clean.degenerate,
             "doubled": clean.doubled,
         },
@@ -335,5 +387,4 @@ def _report(
         left_out_m2=left_out,
         start_m=(*floor.start_m, float(floor.ground_m[world.frame.cell_of(*floor.start_m)])),
         start_proposed=proposed,
-        seconds=0.0,
     )

@@ -1,4 +1,4 @@
-"""Which floor of a mesh is meant, and whether it lies under a roof, when nobody said so."""
+"""Selection of the floor of a mesh, and of whether it lies under a roof."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from scipy import ndimage
 
 from swarmscout.core.errors import WorldError
 from swarmscout.core.grid import GridFrame
-from swarmscout.worlds.meshes.span_graph import Links, parts_of
+from swarmscout.worlds.meshes.span_graph import SpanGraph, connected_spans
 from swarmscout.worlds.meshes.span_heightfield import FACES_AIR, FACES_ROCK, Spans
 
-__all__ = ["Chosen", "choose"]
+__all__ = ["SelectedLevel", "select_level"]
 
 _LEVEL = math.tan(math.radians(30.0))
 _MANY = 50
@@ -28,8 +28,8 @@ _NEAR_M = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
-    """A floor: spans that hang together.
+class SelectedLevel:
+    """A floor: connected spans.
 
     Attributes:
         members: bool[n], its spans.
@@ -46,7 +46,7 @@ class Chosen:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Spans that hang together, in numbers."""
+    """Connected spans, in numbers."""
 
     label: int
     level: int
@@ -60,14 +60,14 @@ class _Part:
     """Where they are."""
 
 
-def choose(
+def select_level(
     spans: Spans,
-    links: Links,
+    links: SpanGraph,
     frame: GridFrame,
     roof: bool | None,
     start_m: tuple[float, ...] | None,
-) -> Chosen:
-    """Choose a floor: that at the start, or else the largest one that looks like a cave's.
+) -> SelectedLevel:
+    """Select a floor: the one at the start, or the largest one that looks like a cave's.
 
     Args:
         spans: room over floors, at least one.
@@ -79,7 +79,7 @@ def choose(
     Raises:
         WorldError: no floor is near the start, or none is under a ceiling.
     """
-    labels = parts_of(links)
+    labels = connected_spans(links)
     parts = _largest(spans, links, labels, frame.cell_m)
     if start_m is None:
         part, because = _proposed(parts, roof, frame.cell_m)
@@ -95,11 +95,13 @@ def choose(
         part = _Part(int(labels[start]), 0, share, True, 0.0, spans.cell[:0])
         because = f"{100.0 * share:.0f} % of the floor at the start is under a ceiling"
     if roof is not None:
-        return Chosen(members, start, roof, "as asked")
-    return Chosen(members, start, part.roofed > _HALF, because)
+        return SelectedLevel(members, start, roof, "as given")
+    return SelectedLevel(members, start, part.roofed > _HALF, because)
 
 
-def _largest(spans: Spans, links: Links, labels: NDArray[np.int32], cell_m: float) -> list[_Part]:
+def _largest(
+    spans: Spans, links: SpanGraph, labels: NDArray[np.int32], cell_m: float
+) -> list[_Part]:
     """The parts with the most level ground, largest first."""
     to = (np.where(end >= 0, end, np.arange(len(end))) for end in (links.east, links.north))
     rises = [spans.floor_m[end] - spans.floor_m for end in to]
@@ -131,7 +133,7 @@ def _largest(spans: Spans, links: Links, labels: NDArray[np.int32], cell_m: floa
 
 
 def _ordered(parts: list[_Part], roof: bool | None, cell_m: float) -> list[_Part]:
-    """Parts in the order in which they are likely to be meant."""
+    """Parts, the most plausible floor first."""
     most = parts[0].level
     under = [part for part in parts if _is_under(part, roof, cell_m)]
     if roof:  # A cave may open into land that is larger: what is under a roof counts.
@@ -151,7 +153,7 @@ def _ordered(parts: list[_Part], roof: bool | None, cell_m: float) -> list[_Part
 
 
 def _is_under(part: _Part, roof: bool | None, cell_m: float) -> bool:
-    """Whether a part lies under a ceiling, or where a roof was asked for enough of it does."""
+    """Whether a part lies under a ceiling, or, where a roof is required, enough of it does."""
     return part.roofed > _HALF or (
         roof is True and part.level * part.roofed * cell_m**2 >= _LARGE_M2
     )
@@ -187,7 +189,7 @@ def _proposed(parts: list[_Part], roof: bool | None, cell_m: float) -> tuple[_Pa
     )
 
 
-def _roomy(spans: Spans, links: Links, frame: GridFrame, members: NDArray[np.bool_]) -> int:
+def _roomy(spans: Spans, links: SpanGraph, frame: GridFrame, members: NDArray[np.bool_]) -> int:
     """A span far from the edges of its floor: of cells at every second row and column."""
     of = np.flatnonzero(members & (links.east >= 0) & (links.north >= 0))
     if not len(of):
@@ -210,7 +212,7 @@ def _at(
     labels: NDArray[np.int32],
     order: list[int],
 ) -> int:
-    """The span at a start: nearest in height if one is given, or else of the likeliest part."""
+    """The span at a start: nearest in height if that is given, or of the most plausible part."""
     x, y = start_m[:2]
     row, col = np.divmod(spans.cell, frame.columns)
     away = np.hypot(

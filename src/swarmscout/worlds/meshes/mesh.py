@@ -41,11 +41,11 @@ class Mesh:
             if array.ndim != 2 or array.shape[1] != 3:
                 raise WorldError(f"mesh: {name} has shape {list(array.shape)}, expected [n, 3]")
         if not np.isfinite(vertices).all():
-            raise WorldError("mesh: a vertex has a coordinate that is no finite number")
+            raise WorldError("mesh: a vertex has a coordinate that is not a finite number")
         if len(triangles) and not 0 <= triangles.min() <= triangles.max() < len(vertices):
             raise WorldError(f"mesh: a triangle names a vertex outside 0 to {len(vertices) - 1}")
         for name, array in (("vertices_m", vertices), ("triangles", triangles)):
-            # What somebody else may still write to is copied: a mesh does not change.
+            # An array that its owner can still write to is copied: a mesh does not change.
             theirs = array is getattr(self, name) and array.flags.writeable
             frozen = array.copy() if theirs else array
             frozen.setflags(write=False)

@@ -1,4 +1,4 @@
-"""What an import found, decided and left out, in numbers and in lines."""
+"""The report of an import: what was found, decided and left out."""
 
 from __future__ import annotations
 
@@ -25,13 +25,14 @@ class ImportReport:
         triangles: how many were used.
         cleaned: what was taken out → how many triangles.
         decisions: what was decided → what, and why.
-        floor_m2: area of the cells that have a floor which could be meant.
+        floor_m2: area of the cells that have a floor of the selected kind.
         free_m2: area of the world's free cells.
         reachable_m2: area that the body of a robot can cover from the start.
         passages_m: widths of passages: 5 %, 50 % and 95 % of the floor is in narrower ones.
         left_out_m2: why floor is not free → its area.
         start_m: ``(x, y, z)`` in the world's frame, on the ground.
         start_proposed: whether the start was found rather than given.
+        notes: properties of the mesh that may be unintended, one line each.
         seconds: how long the import took.
     """
 
@@ -47,7 +48,8 @@ class ImportReport:
     left_out_m2: dict[str, float]
     start_m: tuple[float, float, float]
     start_proposed: bool
-    seconds: float = field(compare=False)
+    notes: tuple[str, ...] = ()
+    seconds: float = field(default=0.0, compare=False)
 
     def lines(self) -> list[str]:
         """The report for people, a line for each thing."""
@@ -58,7 +60,7 @@ class ImportReport:
             f"{area:,.0f} m² {why}" for why, area in self.left_out_m2.items() if area >= 0.5
         )
         x, y, z = self.start_m
-        how = "proposed: a roomy place" if self.start_proposed else "as asked"
+        how = "proposed: a roomy place" if self.start_proposed else "as given"
         return [
             f"mesh: {self.file}, {size} m, {self.triangles:,} triangles"
             + (f"; taken out: {dirt}" if dirt else ""),
@@ -69,6 +71,7 @@ class ImportReport:
             f"passages: half of the floor is in those narrower than {usual:.1f} m, 5 % below "
             f"{narrow:.1f} m, 5 % above {wide:.1f} m",
             f"start: {x:.2f},{y:.2f},{z:.2f} m ({how})",
+            *(f"note: {note}" for note in self.notes),
             f"time: {self.seconds:.1f} s",
         ]
 
@@ -90,7 +93,7 @@ def passage_widths_m(free: NDArray[np.bool_], cell_m: float) -> tuple[float, flo
     room = ndimage.distance_transform_edt(free)
     # From a cell's centre to that of the nearest wall cell: the wall begins half a cell earlier.
     widths = np.sort((2.0 * room[skeletonize(free)] - 1.0) * cell_m)
-    # Weighted by width, as the floor is: or else each pebble's short side branches would count.
+    # Weighted by width, as the floor is; unweighted, the short branches beside pebbles would count.
     share = np.cumsum(widths) / widths.sum()
     narrow, usual, wide = (float(widths[np.searchsorted(share, part)]) for part in _SHARES)
     return narrow, usual, wide

@@ -1,7 +1,7 @@
 """From which floor one can drive onto which: spans as a graph, flooded by SciPy.
 
-Where floors lie one above the other (a spiral, a bridge, two levels of a mine) a raster cannot tell
-them apart; the graph of spans can.
+Where floors lie one above the other (a spiral, a bridge, two levels of a mine) a raster cannot
+distinguish them; the graph of spans can.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from swarmscout.core.jit import inlined, kernel
 from swarmscout.worlds.meshes.span_heightfield import Spans
 from swarmscout.worlds.meshes.walls import EAST, NORTH, Walls
 
-__all__ = ["Links", "link", "parts_of", "ranks_from"]
+__all__ = ["SpanGraph", "build_span_graph", "connected_spans", "ranks_from"]
 
 
 @dataclass(frozen=True, eq=False)
-class Links:
+class SpanGraph:
     """Which span of a neighbouring cell one can drive onto.
 
     Attributes:
@@ -39,7 +39,9 @@ class Links:
     walled_north: NDArray[np.int8]
 
 
-def link(spans: Spans, walls: Walls, frame: GridFrame, step_m: float, clearance_m: float) -> Links:
+def build_span_graph(
+    spans: Spans, walls: Walls, frame: GridFrame, step_m: float, clearance_m: float
+) -> SpanGraph:
     """Link the spans of neighbouring cells that a robot can drive between, both ways.
 
     Args:
@@ -60,23 +62,23 @@ def link(spans: Spans, walls: Walls, frame: GridFrame, step_m: float, clearance_
             walls.key, walls.bottom_m, walls.top_m, walls.mine, wall, key, step_m, clearance_m,
         )  # fmt: skip
     east, walled_east, north, walled_north = found
-    return Links(east, north, walled_east, walled_north)
+    return SpanGraph(east, north, walled_east, walled_north)
 
 
-def parts_of(links: Links) -> NDArray[np.int32]:
-    """Number the spans that hang together: int32[n], from 0."""
+def connected_spans(links: SpanGraph) -> NDArray[np.int32]:
+    """Number connected spans alike: int32[n], from 0."""
     if not len(links.east):
         return np.empty(0, dtype=np.int32)
     labels: NDArray[np.int32] = connected_components(_graph(links), directed=False)[1]
     return labels
 
 
-def ranks_from(links: Links, members: NDArray[np.bool_], start: int) -> NDArray[np.int32]:
+def ranks_from(links: SpanGraph, members: NDArray[np.bool_], start: int) -> NDArray[np.int32]:
     """In which order a flood from one span reaches the others.
 
     Args:
         links: of all spans.
-        members: bool[n], the spans that hang together with the start.
+        members: bool[n], the spans connected with the start.
         start: the span it sets out from, a member.
 
     Returns:
@@ -86,7 +88,7 @@ def ranks_from(links: Links, members: NDArray[np.bool_], start: int) -> NDArray[
     number = np.full(len(members), -1, dtype=np.int32)
     number[among] = np.arange(len(among), dtype=np.int32)
     east, north = links.east[among], links.north[among]
-    inner = Links(
+    inner = SpanGraph(
         np.where(east >= 0, number[east], -1), np.where(north >= 0, number[north], -1),
         links.walled_east[among], links.walled_north[among],
     )  # fmt: skip
@@ -98,7 +100,7 @@ def ranks_from(links: Links, members: NDArray[np.bool_], start: int) -> NDArray[
     return ranks
 
 
-def _graph(links: Links) -> csr_array:
+def _graph(links: SpanGraph) -> csr_array:
     """The links as a matrix: row i holds the neighbours of span i to the east and north."""
     both = np.stack((links.east, links.north), axis=1)
     there = both >= 0
@@ -124,17 +126,31 @@ def _link(  # type: ignore[no-untyped-def]
     cell, floor, ceiling, first, offset, keys, bottom, top, mine, wall, key, step, clearance
 ):
     """For each span the one over there that one can drive onto, and the wall between if any."""
+    last_low, last_wall = np.int64(0), np.int64(0)
     to = np.full(len(cell), -1, dtype=np.int32)
     walled = np.zeros(len(cell), dtype=np.int8)
     for span in range(len(cell)):
-        other = first[span]
+        low, at = first[span], wall[span]
+        if span > 0 and cell[span - 1] == cell[span]:
+            # A cell's spans are sorted by height: what lay too low for the last one still does.
+            low, at = last_low, last_wall
+        while low < len(cell) and cell[low] == cell[span] + offset:
+            if floor[low] >= floor[span] - step - 1e-3:
+                break
+            low += 1
+        while at < len(keys) and keys[at] == key[span] and top[at] <= floor[span] + step:
+            at += 1
+        last_low, last_wall = low, at
+        other = low
         while other < len(cell) and cell[other] == cell[span] + offset:
+            if floor[other] > floor[span] + step + 1e-3:
+                break
             level = max(floor[span], floor[other])
             lid = min(ceiling[span], ceiling[other])
             near = abs(floor[span] - floor[other]) <= step
             if near and lid - level >= clearance - 1e-6:
                 between = _wall_between(
-                    keys, bottom, top, mine, wall[span], key[span], level + step, level + clearance
+                    keys, bottom, top, mine, at, key[span], level + step, level + clearance
                 )
                 if between == 0:
                     to[span] = other

@@ -27,6 +27,8 @@ FACES_AIR = 1
 FACES_ROCK = 2
 """A span's flag: both its surfaces are wound the other way round."""
 _MOST_SPANS = 60_000_000
+_MOST_SURFACES = 200
+"""Surfaces above a cell, on average over a tile: a mesh with more of them is stacked copies."""
 _TOLERANCE = 1e-7
 """In cells: so near to an edge a centre lies on both triangles that share it."""
 
@@ -67,7 +69,7 @@ def find_spans(
         triangles: int32[T, 3].
         frame: where the raster lies; the whole mesh is inside.
         clearance_m: spans lower than this are none.
-        progress: is told the share that is done, 0 to 1.
+        progress: called with the share that is done, 0 to 1.
 
     Raises:
         WorldError: there are too many.
@@ -79,6 +81,7 @@ def find_spans(
         progress(done)
         counts = np.zeros(TILE * TILE, dtype=np.int64)
         _meet(corners, triangles, members, row, col, counts, np.empty(0), np.empty(0, np.uint8))
+        _check_stack(counts, frame, row, col)
         ends = np.cumsum(counts)
         met = int(ends[-1])
         if not met:
@@ -101,7 +104,7 @@ def find_spans(
         if total > _MOST_SPANS:
             raise WorldError(
                 f"the mesh has more than {_MOST_SPANS:,} floors one above the other: "
-                "take larger cells (resolution_m), or cut away what is no cave"
+                "take larger cells (resolution_m), or cut away what is not the cave"
             )
     progress(1.0)
     if not parts:
@@ -109,6 +112,21 @@ def find_spans(
     cell, floor, ceiling, facing, low = (np.concatenate(each) for each in zip(*parts, strict=True))
     order = np.argsort(cell, kind="stable")
     return Spans(cell[order], floor[order], ceiling[order], facing[order], low, hit)
+
+
+def _check_stack(counts: NDArray[np.int64], frame: GridFrame, row: int, col: int) -> None:
+    """Refuse a tile with hundreds of surfaces above each of its cells.
+
+    Raises:
+        WorldError: with the place where most of them are.
+    """
+    if counts.sum() > _MOST_SURFACES * max(int(np.count_nonzero(counts)), TILE):
+        fullest = int(np.argmax(counts))
+        x, y = frame.centre_of(row + fullest // TILE, col + fullest % TILE)
+        raise WorldError(
+            f"{counts[fullest]:,} surfaces or more lie one above the other at ({x:.1f}, {y:.1f}) "
+            "m: not a cave or a building; remove stacked copies"
+        )
 
 
 def _no_spans() -> Spans:
@@ -134,9 +152,14 @@ def _meet(corners, triangles, members, top, left, places, heights, upward):  # t
     """Where the columns of a tile meet triangles: count (no heights), or fill in and move places.
 
     places: int64[TILE * TILE], counts or the next place to write to, by column of the tile.
+
+    Counting ends early where there is far too much to count.
     """
     fill = len(heights) > 0
+    total = 0
     for member in members:
+        if not fill and total > _MOST_SURFACES * TILE * TILE:
+            return
         a, b, c = triangles[member, 0], triangles[member, 1], triangles[member, 2]
         au, av, az = corners[a, 0], corners[a, 1], corners[a, 2]
         bu, bv, bz = corners[b, 0], corners[b, 1], corners[b, 2]
@@ -166,6 +189,7 @@ def _meet(corners, triangles, members, top, left, places, heights, upward):  # t
                     heights[places[column]] = min(max(z, lowest), highest)
                     upward[places[column]] = 1 if twice > 0.0 else 0
                 places[column] += 1
+                total += 1
 
 
 @kernel
@@ -179,7 +203,11 @@ def _spans(  # type: ignore[no-untyped-def]
             continue
         end = ends[column]
         begin = end - counts[column]
-        for one in range(begin + 1, end):
+        if end - begin > 64:
+            order = np.argsort(heights[begin:end], kind="mergesort")
+            heights[begin:end] = heights[begin:end][order]
+            upward[begin:end] = upward[begin:end][order]
+        for one in range(begin + 1, end):  # Few surfaces, or sorted already.
             z, up = heights[one], upward[one]
             at = one
             while at > begin and heights[at - 1] > z:

@@ -17,7 +17,7 @@ from swarmscout.core.errors import WorldError
 __all__ = ["Field", "Triangles", "largest_part", "surface_of"]
 
 _TILE = 64
-"""Points across a tile: a few megabytes of memory whatever the size of the cave."""
+"""Points across a tile: a few megabytes of memory for any size of cave."""
 _TOLERANCE = 1e-4
 _MOST_VERTICES = 2_500_000
 """More would take gigabytes, and no viewer shows it."""
@@ -47,7 +47,7 @@ def surface_of(field: Field, on_progress: Callable[[int, int], None] | None = No
 
     Args:
         field: the field; rock at its border closes the surface, the open leaves it open there.
-        on_progress: is told how many tiles are done, of how many.
+        on_progress: called with the number of tiles that are done, and of all.
 
     Returns:
         Vertices in metres, none of them twice, and triangles.
@@ -88,7 +88,7 @@ def surface_of(field: Field, on_progress: Callable[[int, int], None] | None = No
 
 
 def largest_part(surface: Triangles) -> Triangles:
-    """The largest of the parts that hang together: closed bubbles in the rock are left out."""
+    """The largest connected part: closed bubbles in the rock are left out."""
     from scipy import sparse  # It takes a while to load.
 
     vertices, triangles = surface

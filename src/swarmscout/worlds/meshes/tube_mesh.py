@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from importlib.util import find_spec
 
 import numpy as np
 
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds.meshes.blocks import breakdown_blocks
 from swarmscout.worlds.meshes.decimation import decimated
+from swarmscout.worlds.meshes.files import check_mesh_extra
 from swarmscout.worlds.meshes.mesh import Mesh
 from swarmscout.worlds.meshes.skylights import place_skylights
 from swarmscout.worlds.meshes.surfacing import Triangles, largest_part, surface_of
@@ -38,8 +38,7 @@ def check_tube_mesh(mesh_resolution_m: float = 0.2, skylights: int = 0) -> None:
         raise WorldError(f"skylights = {skylights!r}: expected a whole number")
     if not 0 <= skylights <= _MOST_SKYLIGHTS:
         raise WorldError(f"skylights = {skylights}: expected 0 to {_MOST_SKYLIGHTS}")
-    if any(find_spec(package) is None for package in ("skimage", "fast_simplification")):
-        raise WorldError("making a mesh needs an extra: pip install 'swarmscout[mesh]'")
+    check_mesh_extra("making a mesh")
 
 
 def tube_mesh(
@@ -61,8 +60,8 @@ def tube_mesh(
         mesh_resolution_m: distance of the points that the surface is found on, in
             metres, 0.05 to 0.5.
         skylights: holes in the roof, up to the open sky; fewer where there is no room. The world's
-            own ceiling knows nothing of them.
-        on_progress: is told how much is done, of how much.
+            raster does not have them.
+        on_progress: called with the work that is done and all of it.
 
     Returns:
         The tube as one closed surface (with skylights it is open at their upper rims, and nowhere
@@ -83,11 +82,11 @@ def tube_mesh(
     holes = place_skylights(fields, parameters, skylights)
     surface = TubeSurface(fields, parameters, mesh_resolution_m, holes)
     # Finding the surface takes as long as making it simpler: each counts for a half.
-    tell = on_progress or (lambda done, total: None)
-    found = largest_part(surface_of(surface, lambda done, total: tell(done, 2 * total)))
+    report = on_progress or (lambda done, total: None)
+    found = largest_part(surface_of(surface, lambda done, total: report(done, 2 * total)))
     shells = [_facing_open(decimated(found))]
     shells += breakdown_blocks(fields, surface.base_m, parameters)
-    tell(1, 1)
+    report(1, 1)
     counts = np.cumsum([0] + [len(vertices) for vertices, _ in shells[:-1]])
     return Mesh(
         np.concatenate([vertices for vertices, _ in shells]).astype(np.float32),
@@ -108,10 +107,7 @@ def generated_mesh(world: World) -> Mesh | None:
     source = world.source
     if source.get("generator") != "lava-tube" or source.get("digest") != world.digest:
         return None
-    if "mesh" not in world.derived:
-        world.derived["mesh"] = tube_mesh(TubeParameters.of(source))
-    made: Mesh = world.derived["mesh"]
-    return made
+    return world.once("mesh", lambda: tube_mesh(TubeParameters.of(source)))
 
 
 def _facing_open(surface: Triangles) -> Triangles:

@@ -1,7 +1,7 @@
 """Steep surfaces between neighbouring columns, which the columns themselves may not meet.
 
 A partition without thickness, the side of a box that stands on a floor, the flank of a boulder: an
-upright surface is no hit of any vertical line. So the mesh is cut by upright planes through the
+upright surface meets no vertical line. So the mesh is cut by upright planes through the
 rows and the columns of cell centres too; where a plane meets a steep triangle between two
 neighbours, there is a wall from one height to another.
 """
@@ -57,10 +57,10 @@ def find_walls(
         triangles: int32[T, 3].
         frame: the raster; the whole mesh is inside.
         clearance_m: how much room over a floor two neighbours must share.
-        progress: is told the share that is done, 0 to 1.
+        progress: called with the share that is done, 0 to 1.
     """
     # What is less steep rises so little between two centres that the room over one floor and the
-    # room over the other share less than the clearance: their columns tell that already.
+    # room over the other share less than the clearance: their columns show that already.
     steepness = min(_STEEP, 0.5 * clearance_m / frame.cell_m)
     a, b, c = (corners[triangles[:, corner]] for corner in range(3))
     across = np.cross(b - a, c - a)

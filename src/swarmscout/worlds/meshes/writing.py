@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from swarmscout.core.errors import WorldError
+from swarmscout.worlds.meshes.files import check_mesh_extra
 from swarmscout.worlds.meshes.mesh import Mesh
 
 __all__ = ["MESH_SUFFIXES", "check_mesh_file", "write_mesh"]
@@ -28,7 +28,7 @@ def check_mesh_file(path: Path | str) -> Path:
         The file.
 
     Raises:
-        WorldError: its kind is unknown, it is there already, its folder is missing or closed to
+        WorldError: its kind is unknown, it exists, its folder is missing or closed to
             us, or a package is missing.
     """
     file = Path(path)
@@ -38,20 +38,19 @@ def check_mesh_file(path: Path | str) -> Path:
             f"{', '.join(MESH_SUFFIXES)}"
         )
     if file.exists():
-        raise WorldError(f"mesh '{file}' is there already: choose another name")
+        raise WorldError(f"mesh '{file}' exists: choose another name")
     if not file.parent.is_dir():
         raise WorldError(f"mesh '{file}': there is no folder '{file.parent}'")
     if not os.access(file.parent, os.W_OK | os.X_OK):
         raise WorldError(f"mesh '{file}': no permission to write into '{file.parent}'")
-    if find_spec("trimesh") is None:
-        raise WorldError("writing a mesh needs an extra: pip install 'swarmscout[mesh]'")
+    check_mesh_extra("writing a mesh")
     return file
 
 
 def write_mesh(mesh: Mesh, path: Path | str) -> Path:
     """Write a mesh; the suffix says the form: PLY, OBJ, STL, GLB or OFF.
 
-    Lengths are metres and z is up; in GLB y is up, as its standard wants.
+    Lengths are metres and z is up; in GLB y is up, as its standard requires.
 
     Args:
         mesh: a mesh.
@@ -61,7 +60,7 @@ def write_mesh(mesh: Mesh, path: Path | str) -> Path:
         The file.
 
     Raises:
-        WorldError: the file cannot be written, or is there already, or the extra ``mesh`` is not
+        WorldError: the file cannot be written, or exists, or the extra ``mesh`` is not
             installed.
     """
     file = check_mesh_file(path)

@@ -1,4 +1,4 @@
-// Curves over the steps: explored area, charge, teams; a second run as a ghost; a cursor at the step.
+// Curves over the steps: explored area, charge, teams; a second run dashed; a cursor at the step.
 
 /* global uPlot */
 
@@ -12,7 +12,7 @@ const CHARTS = [
 ];
 
 export class Curves {
-  /** @param go called with a step when somebody points at one. */
+  /** @param go called with the step that is pointed at. */
   constructor(box, missions, go) {
     this.box = box;
     this.missions = missions;
@@ -47,11 +47,11 @@ export class Curves {
     const mission = this.missions[k];
     if (name !== "mean" && name !== "least") return mission.coverage[name] ?? [];
     const charge = this.charge[k];
-    const { charge: all, state } = mission.columns;
+    const { charge: all, alive } = mission.columns;
     for (let s = charge.mean.length; s < mission.steps; s++) {
       let [sum, count, least] = [0, 0, 1000];
       for (let i = s * mission.robots; i < (s + 1) * mission.robots; i++) {
-        if (!((state[i] >> 5) & 1)) continue; // A stranded robot's charge says nothing any more.
+        if (!alive[i]) continue; // Stranded robots do not count.
         sum += all[i];
         count++;
         least = Math.min(least, all[i]);
@@ -77,13 +77,13 @@ export class Curves {
 
   #make(chart) {
     const theme = this.theme;
-    const colours = [chart.key === "explored" ? theme.curve : chart.key === "charge" ? theme.second : theme.third, theme.second];
+    const colours = [chart.key === "explored" ? theme.accent : chart.key === "charge" ? theme.charge : theme.destination, theme.charge];
     const series = [{}];
     this.missions.forEach((_, k) => {
       chart.series.forEach((name, i) => {
         const second = i > 0;
         series.push({
-          label: name, stroke: k ? theme.ghost : colours[chart.key === "charge" ? 0 : i],
+          label: name, stroke: k ? theme.second_run : colours[chart.key === "charge" ? 0 : i],
           width: second ? 1 : 1.8, dash: k ? [5, 4] : second ? [2, 3] : undefined, points: { show: false },
         });
       });
@@ -95,7 +95,7 @@ export class Curves {
     figure.append(caption);
     this.box.append(figure);
     const axis = {
-      stroke: theme.muted, font: "11px system-ui, sans-serif", grid: { stroke: theme.grid, width: 1 },
+      stroke: theme.muted, font: "11px system-ui, sans-serif", grid: { stroke: theme.line, width: 1 },
       ticks: { show: false },
     };
     const options = {
@@ -123,13 +123,13 @@ export class Curves {
   #placeCursor(plot) {
     const { cursor, output, chart } = plot.ours;
     cursor.style.transform = `translateX(${plot.valToPos(this.step, "x")}px)`;
-    const told = this.missions.map((_, k) =>
+    const texts = this.missions.map((_, k) =>
       chart.series
         .map((name) => this.#values(k, name)[this.step])
         .map((number) => (number == null ? "–" : Math.round(number)))
         .join(" · "),
     );
-    output.textContent = told.length > 1 ? told.map((text, k) => `${"AB"[k]}: ${text}`).join("   ") : told[0];
+    output.textContent = texts.length > 1 ? texts.map((text, k) => `${"AB"[k]}: ${text}`).join("   ") : texts[0];
   }
 
   #listen(plot) {

@@ -1,4 +1,4 @@
-// Facts in words: of a run, of a robot, of a place.
+// Descriptions of a run, a robot and a point.
 
 import { element } from "./elements.js";
 
@@ -8,15 +8,15 @@ export function aboutRun(mission, missions) {
   return `${f.world} · ${f.selector} · ${f.robots} robots · seed ${f.seed}`;
 }
 
-const DOES = { stop: "stands", forward: "drives ahead", left: "turns left", right: "turns right" };
+const DOES = { stop: "stands still", forward: "drives forward", left: "turns left", right: "turns right" };
 
-export function toldState(state, mission) {
+export function stateWords(state, mission) {
   if (state === "recorded") {
     const broken = mission.facts.finished === false;
-    return broken ? `not finished: the record ends with step ${mission.last}` : "";
+    return broken ? `not finished: the recording ends at step ${mission.last}` : "";
   }
   if (state === "live") return "running";
-  if (state === "waiting") return "connection lost, trying again";
+  if (state === "waiting") return "connection lost, reconnecting";
   return mission.facts.end_reason ? `finished: ${mission.facts.end_reason}` : "finished";
 }
 
@@ -43,7 +43,7 @@ export function aboutRobot(mission, robot, moment) {
   } else if (robot.alive && !robot.charging) nodes.push(", alone");
   if (robot.destination >= 0 && !robot.charging && robot.alive) {
     const [x, y] = mission.centre(robot.destination);
-    nodes.push(`, heads for `, bold(`${x.toFixed(1)}, ${y.toFixed(1)} m`));
+    nodes.push(`, drives to `, bold(`${x.toFixed(1)}, ${y.toFixed(1)} m`));
   }
   return nodes;
 }

@@ -2,7 +2,7 @@
 
 import { savePicture } from "./pointer.js";
 
-/** What the page's address asks for: `#t=150&robot=3&view=map&theme=light`. */
+/** The view that the page's address describes: `#t=150&robot=3&view=map&theme=light`. */
 export function readLink() {
   const asked = new URLSearchParams(window.location.hash.slice(1));
   const number = (name) => (asked.has(name) ? Number(asked.get(name)) : undefined);
@@ -12,15 +12,15 @@ export function readLink() {
   };
 }
 
-/** Keep the address up to date, so that it can be copied; not while playing, which would flood it. */
+/** Keep the address up to date, so that it can be copied; not while playing. */
 export function writeLink(player) {
   if (player.clock.playing || player.clock.atEnd) return;
-  const told = new URLSearchParams({ t: player.clock.step });
-  if (player.look.selected >= 0) told.set("robot", player.look.selected);
-  if (document.body.dataset.view !== "3d") told.set("view", document.body.dataset.view);
-  if (player.look.byTeam) told.set("colour", "team");
-  if (player.ownMap.on) told.set("map", "own");
-  const hash = `#${told}`;
+  const words = new URLSearchParams({ t: player.clock.step });
+  if (player.look.selected >= 0) words.set("robot", player.look.selected);
+  if (document.body.dataset.view !== "3d") words.set("view", document.body.dataset.view);
+  if (player.look.byTeam) words.set("colour", "team");
+  if (player.ownMap.on) words.set("map", "own");
+  const hash = `#${words}`;
   if (hash === window.location.hash) return;
   clearTimeout(player.linkDue);
   player.linkDue = setTimeout(() => window.history.replaceState(null, "", hash), 150);
@@ -52,8 +52,10 @@ export function hearKeys(player) {
     t: () => player.setTheme(player.look.dark ? "light" : "dark"),
     p: () => savePicture(player),
     l: () => document.getElementById("live").hidden || player.stayAtEnd(),
+    k: () => player.showLegend(document.getElementById("legend").hidden),
+    d: () => player.read(!player.reading),
     "?": () => document.getElementById("keys").showModal(),
-    Escape: () => player.select(-1),
+    Escape: () => (player.reading ? player.read(false) : player.select(-1)),
   };
   window.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;

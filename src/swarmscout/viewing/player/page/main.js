@@ -1,16 +1,17 @@
-// Puts the page together: missions, views, panels, and whatever a person does.
+// Puts the page together: missions, views, panels, keys and buttons.
 
 import { Clock, SPEEDS } from "./clock.js";
 import { THEMES } from "./colours.js";
 import { Curves } from "./curves.js";
 import { Decisions } from "./decisions.js";
 import { MapView } from "./map.js";
+import { Legend } from "./legend.js";
 import { hearPointer, savePicture } from "./pointer.js";
 import { drawsWith, SceneView } from "./scene.js";
 import { listen, loadMissions } from "./sources.js";
-import { OwnMap, tellWhose } from "./ownmap.js";
+import { OwnMap, showMapWords } from "./ownmap.js";
 import { element } from "./elements.js";
-import { aboutRobot, aboutRun, toldState } from "./describe.js";
+import { aboutRobot, aboutRun, stateWords } from "./describe.js";
 import { teamsOf } from "./teams.js";
 import { Timeline } from "./timeline.js";
 import { hearKeys, readLink, writeLink } from "./keyboard.js";
@@ -23,7 +24,7 @@ class Player {
     this.mission = this.missions[0];
     this.look = { dark: true, byTeam: false, selected: -1, theme: THEMES.dark };
     this.following = false;
-    this.drawn = 0; // frames, for those who measure
+    this.drawn = 0; // frames, for tests and measurements
     this.clock = new Clock(() => this.refresh());
     this.clock.last = this.#last();
     const redraw = () => this.refresh();
@@ -43,6 +44,8 @@ class Player {
     }
     this.curves = new Curves($("curves"), this.missions, (step) => this.clock.goTo(step));
     this.decisions = new Decisions($("decisions"), $("note"), this.mission, (robot) => this.select(robot));
+    this.legend = new Legend($("legend"));
+    this.showLegend(window.innerWidth >= 1000 && this.missions.length < 2); // Two missions leave no room.
     this.timeline = new Timeline($("line"), this.mission, this.clock);
     for (const view of [...this.maps, ...this.scenes]) {
       hearPointer(this, view);
@@ -52,8 +55,8 @@ class Player {
     hearKeys(this);
     loaded.forEach(({ mission, live }) => live && this.#hear(mission, live));
     if (!loaded.some(({ live }) => live)) {
-      const told = this.missions.map((mission, k) => [toldState("recorded", mission), "AB"[k]]).filter(([text]) => text);
-      $("state").textContent = told.map(([text, name]) => (this.missions.length > 1 ? `${name}: ${text}` : text)).join(" · ");
+      const states = this.missions.map((mission, k) => [stateWords("recorded", mission), "AB"[k]]).filter(([text]) => text);
+      $("state").textContent = states.map(([text, name]) => (this.missions.length > 1 ? `${name}: ${text}` : text)).join(" · ");
     }
     document.body.classList.toggle("pair", this.missions.length > 1);
     document.title = `${this.mission.facts.name} · swarmscout`;
@@ -75,7 +78,7 @@ class Player {
     return box;
   }
 
-  /** Two missions are seen through the same eyes. */
+  /** Two missions share one camera. */
   #tieCameras() {
     if (this.scenes.length < 2) return;
     const [a, b] = this.scenes;
@@ -106,16 +109,30 @@ class Player {
       if (performance.now() < due) return;
       due = performance.now() + 400;
       this.curves.update();
-      const untouched = ![...this.scenes, ...this.maps].some((view) => view.touched || view.moved);
-      if (untouched && this.mission.steps > 1.25 * this.fittedSteps) this.fit(this.whole);
+      this.keepSwarmInView();
     }, (state) => {
-      $("state").textContent = toldState(state, mission);
+      $("state").textContent = stateWords(state, mission);
       if (state === "finished") {
         $("live").hidden = true;
         this.curves.update();
+        this.keepSwarmInView();
         this.refresh();
       }
     });
+  }
+
+  /** While a mission runs, zoom out as the explored part grows, unless the view was moved by hand. */
+  keepSwarmInView() {
+    if (this.whole || this.following) return;
+    if ([...this.scenes, ...this.maps].some((view) => view.touched || view.moved)) return;
+    const [left, bottom, right, top] = this.#windowOf(false);
+    const [l, b, r, t] = this.fitted;
+    if (left < l || bottom < b || right > r || top > t) this.fit(false);
+  }
+
+  #windowOf(whole) {
+    const windows = this.missions.map((mission) => (whole ? mission.wholeWindow() : mission.seenWindow()));
+    return [0, 1, 2, 3].map((i) => Math[i < 2 ? "min" : "max"](...windows.map((window) => window[i])));
   }
 
   #hearButtons() {
@@ -130,6 +147,8 @@ class Player {
     on("png", () => savePicture(this));
     on("theme", () => this.setTheme(this.look.dark ? "light" : "dark"));
     on("help", () => $("keys").showModal());
+    on("legend-button", () => this.showLegend($("legend").hidden));
+    on("enlarge", () => this.read(!this.reading));
     on("live", () => this.stayAtEnd());
     for (const button of document.querySelectorAll("nav .group button")) {
       button.addEventListener("click", () => this.setView(button.dataset.view));
@@ -147,7 +166,7 @@ class Player {
     $("only").addEventListener("change", () => this.refresh());
   }
 
-  /** Show what a link asks for. */
+  /** Show the view that a link describes. */
   open({ step, robot, view, theme, team, own }) {
     if (theme in THEMES) this.setTheme(theme);
     this.setView(["3d", "map", "both"].includes(view) ? view : document.body.dataset.view);
@@ -181,23 +200,25 @@ class Player {
     this.following = on && this.look.selected >= 0;
     for (const scene of this.scenes) scene.following = false;
     $("follow").setAttribute("aria-pressed", this.following);
+    $("follow").textContent = this.following ? "Stop following" : "Follow robot";
     this.refresh();
   }
 
   fit(whole) {
     this.whole = whole;
-    $("fit").textContent = whole ? "Explored" : "Whole";
-    // Two missions are seen at the same scale.
-    const windows = this.missions.map((mission) => (whole ? mission.wholeWindow() : mission.seenWindow()));
-    const all = [0, 1, 2, 3].map((i) => Math[i < 2 ? "min" : "max"](...windows.map((window) => window[i])));
-    for (const view of [...this.scenes, ...this.maps]) view.fit(all);
-    this.fittedSteps = this.mission.steps;
-    if (this.scenes.length > 1) this.scenes[1].copyCamera(this.scenes[0]);
+    $("fit").textContent = whole ? "Zoom to explored" : "Zoom to whole";
+    // Two missions are shown at the same scale.
+    this.fitted = this.#windowOf(whole);
+    for (const view of [...this.scenes, ...this.maps]) view.fit(this.fitted);
+    if (this.scenes.length > 1) {
+      this.scenes[1].copyCamera(this.scenes[0]);
+      this.scenes[1].touched = false;
+    }
   }
 
   colourByTeam(on) {
     this.look.byTeam = on;
-    $("colour").textContent = on ? "Teams" : "Modes";
+    $("colour").textContent = on ? "Colour by mode" : "Colour by team";
     this.refresh();
   }
 
@@ -209,11 +230,26 @@ class Player {
     this.refresh();
   }
 
+  showLegend(on) {
+    $("legend").hidden = !on;
+    $("legend-button").textContent = on ? "Hide legend" : "Show legend";
+    this.refresh();
+  }
+
+  /** Give the decisions half of the page, beside the map. */
+  read(on) {
+    this.reading = on;
+    document.body.classList.toggle("reading", on);
+    $("enlarge").textContent = on ? "Shrink" : "Enlarge";
+    $("enlarge").setAttribute("aria-pressed", on);
+    this.refresh();
+  }
+
   setTheme(name) {
     document.documentElement.dataset.theme = name;
     this.look.dark = name === "dark";
     this.look.theme = THEMES[name];
-    $("theme").textContent = name === "dark" ? "Light" : "Dark";
+    $("theme").textContent = name === "dark" ? "Use light" : "Use dark";
     this.curves.dress(this.look.theme);
     this.timeline.dress(this.look.theme);
     this.refresh();
@@ -227,13 +263,13 @@ class Player {
       this.waiting = false;
       this.clock.tick(now);
       this.draw();
-      // The browser comes back when it has drawn the frame: how long did that take?
+      // The next callback comes when the frame is drawn: measure how long that took.
       requestAnimationFrame((later) => this.scenes.forEach((scene) => scene.keepPace(later - now)));
       if (this.clock.playing) this.refresh();
     });
   }
 
-  /** A moment of a mission; one that ended before stands still at its end. */
+  /** A moment of a mission, at most its last. */
   moment(mission) {
     const time = Math.min(this.clock.time, mission.last);
     mission.seek(Math.floor(time + 1e-9));
@@ -254,13 +290,14 @@ class Player {
       this.maps[k].draw(moment, this.look);
       this.scenes[k]?.draw(moment, this.look);
     });
-    for (const view of [...this.maps, ...this.scenes]) tellWhose(view);
+    for (const view of [...this.maps, ...this.scenes]) showMapWords(view);
+    this.legend.update(this.look);
     this.curves.moveTo(this.clock.step);
     this.timeline.draw();
-    const told = this.decisions.update(first.step, first.robots, this.look.selected, $("only").checked);
-    if (!told) {
-      clearTimeout(this.tellDue);
-      this.tellDue = setTimeout(() => this.refresh(), 160);
+    const updated = this.decisions.update(first.step, first.robots, this.look.selected, $("only").checked);
+    if (!updated) {
+      clearTimeout(this.updateDue);
+      this.updateDue = setTimeout(() => this.refresh(), 160);
     }
     $("follow").disabled = !chosen;
     $("about").replaceChildren(...aboutRobot(this.mission, chosen, first));

@@ -1,8 +1,9 @@
-// The occupancy map in the paper's colours, from above; drag to move, wheel to zoom.
+// The occupancy map from above, north up; drag to move, wheel to zoom.
 
 import { FREE, OCCUPIED } from "./history.js";
-import { MAP, ON_MAP } from "./colours.js";
+import { rgb } from "./colours.js";
 import { Sheet } from "./canvas.js";
+import { drawAxes, drawCompass, drawScale } from "./gauges.js";
 import { drawOverlay } from "./overlay.js";
 
 export class MapView {
@@ -18,9 +19,9 @@ export class MapView {
     this.picture.width = columns;
     this.picture.height = rows;
     this.frontier = new Uint8Array(rows * columns);
-    this.painted = {}; // which map, after which step
+    this.painted = {}; // which map, after which step, in which theme
     this.window = mission.seenWindow();
-    this.moved = null; // {x, y, scale} once somebody has moved the map
+    this.moved = null; // {x, y, scale} once the map was moved by hand
     this.#listen();
   }
 
@@ -55,24 +56,29 @@ export class MapView {
   }
 
   draw(moment, look) {
-    this.#paint();
+    this.#paint(look.theme);
     const ctx = this.sheet.begin();
     const { scale } = this.place();
     const f = this.mission.frame;
-    ctx.fillStyle = `rgb(${MAP.unknown.join()})`;
+    ctx.fillStyle = look.theme.unknown;
     ctx.fillRect(0, 0, this.sheet.width, this.sheet.height);
     const [left, top] = this.toPixels(f.x_m, f.y_m + f.rows * f.cell_m);
     ctx.imageSmoothingEnabled = false;
     ctx.drawImage(this.picture, left, top, f.columns * f.cell_m * scale, f.rows * f.cell_m * scale);
     const view = { at: (x, y) => this.toPixels(x, y), scale: () => scale };
-    drawOverlay(ctx, view, moment, { ...look, theme: ON_MAP, dark: false, dots: true });
-    this.#drawScale(ctx, scale);
+    drawOverlay(ctx, view, moment, { ...look, dots: true });
+    drawAxes(ctx, this.sheet, (x, y) => this.toMetres(x, y), (x, y) => this.toPixels(x, y), scale, look.theme);
+    drawScale(ctx, this.sheet, scale, look.theme);
+    drawCompass(ctx, this.sheet, look.theme, [1, 0], [0, 1]);
   }
 
-  #paint() {
+  #paint(theme) {
     const map = this.mission.shownMap;
-    if (this.painted.map === map && this.painted.step === map.step) return;
-    this.painted = { map, step: map.step };
+    const painted = this.painted;
+    if (painted.map === map && painted.step === map.step && painted.theme === theme) return;
+    this.painted = { map, step: map.step, theme };
+    const [unknown, free, occupied, frontier] =
+      [theme.unknown, theme.free, theme.occupied, theme.frontier].map(rgb);
     map.frontiers(this.frontier);
     const { rows, columns } = map.frame;
     const pixels = this.image.data;
@@ -81,9 +87,9 @@ export class MapView {
       for (let col = 0; col < columns; col++, at += 4) {
         const cell = row * columns + col;
         const label = map.labels[cell];
-        let colour = MAP.unknown;
-        if (label === FREE) colour = this.frontier[cell] ? MAP.frontier : MAP.free;
-        else if (label === OCCUPIED) colour = MAP.occupied;
+        let colour = unknown;
+        if (label === FREE) colour = this.frontier[cell] ? frontier : free;
+        else if (label === OCCUPIED) colour = occupied;
         pixels[at] = colour[0];
         pixels[at + 1] = colour[1];
         pixels[at + 2] = colour[2];
@@ -91,24 +97,6 @@ export class MapView {
       }
     }
     this.picture.getContext("2d").putImageData(this.image, 0, 0);
-  }
-
-  #drawScale(ctx, scale) {
-    const wanted = (0.25 * this.sheet.width) / scale;
-    const power = 10 ** Math.floor(Math.log10(wanted));
-    const length = [5, 2, 1].map((part) => part * power).find((metres) => metres <= wanted) ?? power;
-    const [x, y] = [12, this.sheet.height - 12];
-    ctx.fillStyle = "rgba(255, 255, 255, 0.75)";
-    ctx.fillRect(x - 5, y - 19, length * scale + 10, 25);
-    ctx.strokeStyle = ctx.fillStyle = "#222";
-    ctx.lineWidth = 2;
-    ctx.beginPath();
-    ctx.moveTo(x, y);
-    ctx.lineTo(x + length * scale, y);
-    ctx.stroke();
-    ctx.font = "11px system-ui, sans-serif";
-    ctx.textAlign = "left";
-    ctx.fillText(`${length} m`, x, y - 6);
   }
 
   #listen() {

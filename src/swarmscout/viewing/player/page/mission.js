@@ -4,11 +4,6 @@ import { MapHistory, NEVER, roomFor } from "./history.js";
 
 const MARGIN_M = 2.5; // shown round what was mapped
 
-const COLUMNS = {
-  x: Int32Array, y: Int32Array, heading: Int16Array, charge: Int16Array, state: Uint8Array,
-  leader: Int32Array, desired: Int32Array, destination: Int32Array, team: Int32Array,
-};
-
 export class Mission {
   /** @param packet the mission packet: facts, relief, free raster. */
   constructor({ facts, arrays }) {
@@ -16,8 +11,7 @@ export class Mission {
     this.robots = facts.robots;
     this.frame = facts.frame;
     this.steps = 0; // how many steps are here, step 0 included
-    this.columns = {};
-    for (const [name, Type] of Object.entries(COLUMNS)) this.columns[name] = new Type(0);
+    this.columns = {}; // whole numbers per robot and step, as blocks.py describes them
     this.teams = []; // team ids, in the order of their numbers in columns.team
     this.teamNumbers = new Map();
     this.decisions = [];
@@ -27,7 +21,7 @@ export class Mission {
     this.raster = { ...facts.raster, free: arrays.free };
 
     this.swarmMap = new MapHistory(facts);
-    this.beliefs = new Map(); // maps of single robots, as far as they were asked for
+    this.beliefs = new Map(); // maps of single robots, as far as they were requested
     this.shownMap = this.swarmMap; // the map that views show, at the step of `seek`
   }
 
@@ -35,14 +29,14 @@ export class Mission {
     return Math.max(0, this.steps - 1);
   }
 
-  /** Add a block; one that does not follow on what is here is left alone. Returns whether it was added. */
+  /** Add a range of steps, if it follows on the last step that is here. Returns whether it was added. */
   append({ facts, arrays }) {
     if (facts.first !== this.steps || !facts.steps) return false;
     const n = this.robots;
     const begin = facts.first * n;
     const end = begin + facts.steps * n;
-    for (const name of Object.keys(COLUMNS)) {
-      const column = (this.columns[name] = roomFor(this.columns[name], end));
+    for (const name of facts.columns) {
+      const column = (this.columns[name] = roomFor(this.columns[name] ?? new Int32Array(0), end));
       const first = arrays[`${name}.first`];
       const rest = arrays[`${name}.rest`];
       column.set(first, begin);
@@ -99,19 +93,18 @@ export class Mission {
     const a = step * this.robots + robot;
     const b = share > 0 ? a + this.robots : a;
     const c = this.columns;
-    let turn = c.heading[b] - c.heading[a];
+    let turn = c.heading_rad[b] - c.heading_rad[a];
     turn -= 3600 * Math.round(turn / 3600);
-    const state = c.state[a];
     return {
       robot,
-      x: (c.x[a] + (c.x[b] - c.x[a]) * share) / 1000,
-      y: (c.y[a] + (c.y[b] - c.y[a]) * share) / 1000,
-      heading: ((c.heading[a] + turn * share) * Math.PI) / 1800,
+      x: (c.x_m[a] + (c.x_m[b] - c.x_m[a]) * share) / 1000,
+      y: (c.y_m[a] + (c.y_m[b] - c.y_m[a]) * share) / 1000,
+      heading: ((c.heading_rad[a] + turn * share) * Math.PI) / 1800,
       charge: c.charge[a] / 1000,
-      charging: (state & 1) === 1,
-      action: (state >> 1) & 3,
-      contact: (state >> 3) & 3,
-      alive: ((state >> 5) & 1) === 1,
+      charging: c.mode[a] === 1,
+      action: c.action[a],
+      contact: c.contact[a],
+      alive: c.alive[a] === 1,
       team: c.team[a],
       leader: c.leader[a],
       desired: c.desired[a],
@@ -185,7 +178,7 @@ export class Mission {
     }
     const at = this.last * this.robots;
     for (let i = 0; i < this.robots && this.steps; i++) {
-      take(this.columns.x[at + i] / 1000, this.columns.y[at + i] / 1000);
+      take(this.columns.x_m[at + i] / 1000, this.columns.y_m[at + i] / 1000);
     }
     if (!(left <= right)) return this.wholeWindow();
     return [left - MARGIN_M, bottom - MARGIN_M, right + MARGIN_M, top + MARGIN_M];

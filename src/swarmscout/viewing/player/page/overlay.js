@@ -62,32 +62,41 @@ function line(ctx, view, points) {
   ctx.stroke();
 }
 
-function dot(ctx, x, y, radius) {
+export function dot(ctx, x, y, radius) {
   ctx.beginPath();
   ctx.arc(x, y, radius, 0, TURN);
   ctx.fill();
 }
 
-/** A plus on a disc. */
 function drawStation(ctx, view, [x, y], look) {
   const at = view.at(x, y);
-  if (!at) return;
-  const size = Math.max(5.5, Math.min(14, 0.45 * view.scale(x, y)));
-  ctx.fillStyle = look.theme.station;
-  ctx.strokeStyle = look.theme.halo;
+  if (at) drawPlus(ctx, ...at, Math.max(5.5, Math.min(14, 0.45 * view.scale(x, y))), look.theme);
+}
+
+/** A plus on a disc. */
+export function drawPlus(ctx, x, y, size, theme) {
+  ctx.fillStyle = theme.charge;
+  ctx.strokeStyle = theme.halo;
   ctx.lineWidth = 2;
   ctx.beginPath();
-  ctx.arc(...at, size, 0, TURN);
+  ctx.arc(x, y, size, 0, TURN);
   ctx.stroke();
   ctx.fill();
-  ctx.strokeStyle = look.theme.halo;
   ctx.lineWidth = Math.max(1.8, size / 3.2);
   ctx.beginPath();
-  ctx.moveTo(at[0] - 0.55 * size, at[1]);
-  ctx.lineTo(at[0] + 0.55 * size, at[1]);
-  ctx.moveTo(at[0], at[1] - 0.55 * size);
-  ctx.lineTo(at[0], at[1] + 0.55 * size);
+  ctx.moveTo(x - 0.55 * size, y);
+  ctx.lineTo(x + 0.55 * size, y);
+  ctx.moveTo(x, y - 0.55 * size);
+  ctx.lineTo(x, y + 0.55 * size);
   ctx.stroke();
+}
+
+/** Eight dots on a circle. */
+export function drawDotRing(ctx, x, y, radius, size, colour) {
+  ctx.fillStyle = colour;
+  for (let i = 0; i < 8; i++) {
+    dot(ctx, x + radius * Math.cos((i * TURN) / 8), y + radius * Math.sin((i * TURN) / 8), size);
+  }
 }
 
 /** Eight dots round the cell (paper, Fig. 9), and a line from the leader to it. */
@@ -97,28 +106,25 @@ function drawDestination(ctx, view, mission, team, look) {
   const chosen = look.selected >= 0 && team.members.some((robot) => robot.robot === look.selected);
   ctx.setLineDash([3, 4]);
   ctx.lineWidth = chosen ? 2 : 1.2;
-  ctx.strokeStyle = look.theme.link;
+  ctx.strokeStyle = `${look.theme.destination}80`;
   line(ctx, view, [[team.head.x, team.head.y], [x, y]]);
   ctx.setLineDash([]);
   const at = view.at(x, y);
   if (!at) return;
   const radius = Math.max(5, Math.min(18, 0.8 * mission.frame.cell_m * view.scale(x, y)));
-  ctx.fillStyle = look.theme.destination;
-  for (let i = 0; i < 8; i++) {
-    dot(ctx, at[0] + radius * Math.cos((i * TURN) / 8), at[1] + radius * Math.sin((i * TURN) / 8), chosen ? 2.2 : 1.5);
-  }
+  drawDotRing(ctx, ...at, radius, chosen ? 2.2 : 1.5, look.theme.destination);
 }
 
 function drawTeam(ctx, view, team, look) {
   const chosen = team.members.some((robot) => robot.robot === look.selected);
   if (!circle(ctx, view, team.x, team.y, team.radius + 0.45)) return;
-  ctx.strokeStyle = look.byTeam ? teamColour(team.leader, look.dark) : look.theme.ring;
-  if (chosen) ctx.strokeStyle = look.theme.ringSelected;
+  ctx.strokeStyle = look.byTeam ? teamColour(team.leader, look.dark) : `${look.theme.team}b0`;
+  if (chosen) ctx.strokeStyle = look.theme.selected;
   ctx.lineWidth = chosen ? 2.4 : 1.4;
   ctx.stroke();
 }
 
-function star(ctx, x, y, size, colour) {
+export function star(ctx, x, y, size, colour) {
   ctx.beginPath();
   for (let i = 0; i < 10; i++) {
     const r = i % 2 ? 0.45 * size : size;
@@ -167,12 +173,12 @@ function drawSelected(ctx, view, { mission, time }, robot, look) {
     came.push([past.x, past.y]);
   }
   came.push([robot.x, robot.y]);
-  ctx.strokeStyle = look.theme.trail;
+  ctx.strokeStyle = `${look.theme.selected}73`;
   ctx.lineWidth = 2.5;
   line(ctx, view, came);
   const route = routeOf(mission, robot);
   if (route) {
-    ctx.strokeStyle = look.theme.route;
+    ctx.strokeStyle = look.theme.selected;
     ctx.lineWidth = 1.8;
     ctx.setLineDash([1, 5]);
     ctx.lineCap = "round";
@@ -180,8 +186,8 @@ function drawSelected(ctx, view, { mission, time }, robot, look) {
     ctx.lineCap = "butt";
     ctx.setLineDash([]);
   }
-  ctx.strokeStyle = look.theme.ray;
-  ctx.fillStyle = look.theme.ray;
+  ctx.strokeStyle = look.theme.selected;
+  ctx.fillStyle = look.theme.selected;
   ctx.lineWidth = 1;
   for (const ray of robot.alive ? raysOf(mission, robot) : []) {
     line(ctx, view, [[robot.x, robot.y], [ray.x, ray.y]]);
@@ -190,7 +196,7 @@ function drawSelected(ctx, view, { mission, time }, robot, look) {
   }
   const at = view.at(robot.x, robot.y);
   if (!at) return;
-  ctx.strokeStyle = look.theme.ringSelected;
+  ctx.strokeStyle = look.theme.selected;
   ctx.lineWidth = 2.4;
   ctx.beginPath();
   ctx.arc(...at, Math.max(8, 2 * mission.facts.radius_m * view.scale(robot.x, robot.y)), 0, TURN);

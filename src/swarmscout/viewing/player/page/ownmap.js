@@ -1,9 +1,9 @@
-// One robot's own map, where robots know different things: asked for when it is first wanted, kept up to date.
+// One robot's own map, where robots know different things: loaded when it is first shown, kept up to date.
 
 import { takeBelief } from "./sources.js";
 
 export class OwnMap {
-  /** @param loaded what `loadMissions` gave; @param changed called when another map is to be seen. */
+  /** @param loaded what `loadMissions` gave; @param changed called when the view must be drawn again. */
   constructor(loaded, changed) {
     this.loaded = loaded.filter(({ mission }) => mission.facts.own_maps);
     this.changed = changed;
@@ -26,7 +26,7 @@ export class OwnMap {
     this.ask();
   }
 
-  /** Ask for what is missing of the map that is wanted; one question at a time for each mission. */
+  /** Load the missing steps of the chosen map; one request at a time for each mission. */
   ask() {
     if (!this.on) return;
     const robot = this.robot;
@@ -46,24 +46,25 @@ export class OwnMap {
     }
   }
 
-  /** Put the wanted map, as far as it is here, in front of all views, and say whose it is. */
+  /** Let all views show the chosen map, as far as it is loaded, and name it. */
   show() {
     this.button.disabled = this.robot < 0;
     this.button.setAttribute("aria-pressed", this.on);
+    this.button.textContent = this.on ? "Show joint map" : "Show own map";
     for (const { mission, missing } of this.loaded) {
       const wanted = this.on && mission.mapOf(this.robot);
       mission.shownMap = wanted || mission.swarmMap;
-      mission.toldMap = "all robots' maps together";
-      if (wanted) mission.toldMap = `what robot ${this.robot} knows`;
+      mission.mapWords = "all maps together";
+      if (wanted) mission.mapWords = `the map of robot ${this.robot}`;
       else if (this.on && missing === this.robot) {
-        mission.toldMap = `robot ${this.robot}'s own map is not here: all robots' maps together`;
-      } else if (this.on) mission.toldMap = `robot ${this.robot}'s own map is on its way`;
+        mission.mapWords = `no own map of robot ${this.robot} in this file: all maps together`;
+      } else if (this.on) mission.mapWords = `loading the map of robot ${this.robot}`;
     }
   }
 }
 
 /** Say in a view's corner whose map it shows. */
-export function tellWhose(view) {
-  const told = view.box.querySelector(".whose");
-  if (told) told.textContent = view.mission.toldMap;
+export function showMapWords(view) {
+  const note = view.box.querySelector(".whose");
+  if (note) note.textContent = view.mission.mapWords;
 }

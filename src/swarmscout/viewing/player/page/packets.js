@@ -12,7 +12,7 @@ export function readPackets(buffer) {
   const packets = [];
   let at = 0;
   while (at < buffer.byteLength) {
-    if (view.getUint32(at, true) !== MAGIC) throw new Error("this is no mission data");
+    if (view.getUint32(at, true) !== MAGIC) throw new Error("these bytes are not mission data");
     const textBytes = view.getUint32(at + 4, true);
     const arrayBytes = view.getUint32(at + 8, true);
     const text = new TextDecoder().decode(new Uint8Array(buffer, at + 12, textBytes));

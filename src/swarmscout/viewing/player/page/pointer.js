@@ -1,6 +1,7 @@
 // The pointer: what it is over, what it selects; and pictures of a view.
 
 import { cellTip, robotTip } from "./describe.js";
+import { paintLegend } from "./legend.js";
 
 const NEAR_PIXELS = 13;
 
@@ -49,7 +50,7 @@ function robotUnder(view, robots, px, py) {
   return best;
 }
 
-/** Save what is large as a PNG, with a line that says what it is. */
+/** Save the large view as a PNG, with its legend and a title. */
 export async function savePicture(player) {
   player.draw();
   const views = document.body.dataset.view === "map" || !player.scenes.length ? player.maps : player.scenes;
@@ -60,7 +61,9 @@ export async function savePicture(player) {
   const picture = document.createElement("canvas");
   const widths = layers.map(([canvas]) => Math.round((canvas.width * height) / canvas.height));
   picture.width = widths.reduce((sum, width) => sum + width, 0);
-  picture.height = height + line;
+  const { ratio } = shown[0].sheet;
+  const inner = picture.width / ratio - 24;
+  picture.height = height + line + Math.round(ratio * (paintLegend(null, player.look, 0, 0, inner) + 12));
   const ctx = picture.getContext("2d");
   ctx.fillStyle = player.look.theme.background;
   ctx.fillRect(0, 0, picture.width, picture.height);
@@ -74,6 +77,8 @@ export async function savePicture(player) {
   ctx.textBaseline = "middle";
   const names = player.missions.map((mission) => mission.facts.name).join(" | ");
   ctx.fillText(`${names} · ${document.getElementById("now").textContent}`, line * 0.4, height + line / 2);
+  ctx.scale(ratio, ratio);
+  paintLegend(ctx, player.look, 12, (height + line) / ratio, inner);
   const blob = await new Promise((done) => picture.toBlob(done, "image/png"));
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);

@@ -3,6 +3,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "./vendor/OrbitControls.js";
 import { Sheet } from "./canvas.js";
+import { drawCompass, drawScale } from "./gauges.js";
 import { drawOverlay } from "./overlay.js";
 import { Robots } from "./robots.js";
 import { StillTerrain } from "./terrain_cpu.js";
@@ -18,8 +19,8 @@ export function drawsWith() {
     let name = gl.getParameter(gl.RENDERER);
     // Some browsers say it by the plain name, others by this extension only.
     if (name === "WebKit WebGL") {
-      const told = gl.getExtension("WEBGL_debug_renderer_info");
-      if (told) name = gl.getParameter(told.UNMASKED_RENDERER_WEBGL);
+      const info = gl.getExtension("WEBGL_debug_renderer_info");
+      if (info) name = gl.getParameter(info.UNMASKED_RENDERER_WEBGL);
     }
     gl.getExtension("WEBGL_lose_context")?.loseContext();
     return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name) ? "processor" : "card";
@@ -79,26 +80,20 @@ export class SceneView {
     this.changed();
   }
 
-  /** Look at a window in metres, along its longer side. */
+  /** Look at a window in metres from the south, so that north is up as on the map. */
   fit(window) {
     this.window = window;
     const [left, bottom, right, top] = window;
     const [x, y] = [(left + right) / 2, (bottom + top) / 2];
-    const [wide, deep] = [right - left, top - bottom];
-    // The longer side lies across the screen.
-    const aside = deep > wide * 1.15 && this.camera.aspect > 1;
-    const [across, away] = aside ? [deep, wide] : [wide, deep];
+    const [across, away] = [right - left, top - bottom];
     const tilt = 0.98; // radians above the horizon
     const half = Math.tan((this.camera.fov * Math.PI) / 360);
     const forWidth = (0.54 * across) / (half * this.camera.aspect) + 0.5 * away * Math.cos(tilt);
     const forDepth = (0.54 * away * Math.sin(tilt)) / half + 0.5 * away * Math.cos(tilt);
     const distance = Math.max(12, forWidth, forDepth);
-    const [dx, dy] = aside ? [1, 0] : [0, -1];
     const z = this.mission.groundAt(x, y);
     this.controls.target.set(x, y, z);
-    this.camera.position.set(
-      x + dx * distance * Math.cos(tilt), y + dy * distance * Math.cos(tilt), z + distance * Math.sin(tilt),
-    );
+    this.camera.position.set(x, y - distance * Math.cos(tilt), z + distance * Math.sin(tilt));
     this.controls.update();
     this.touched = false;
     this.changed();
@@ -120,7 +115,7 @@ export class SceneView {
     this.camera.lookAt(target);
   }
 
-  /** Take another view's camera, so that two missions are seen alike. */
+  /** Take another view's camera, so that two missions look alike. */
   copyCamera(other) {
     this.camera.position.copy(other.camera.position);
     this.controls.target.copy(other.controls.target);
@@ -159,7 +154,7 @@ export class SceneView {
   }
 
   draw(moment, look) {
-    this.terrain.dress(look.dark ? "dark" : "light");
+    this.terrain.dress(look.theme);
     this.terrain.paint();
     this.scene.background.set(look.theme.background);
     const { x, y, z } = this.controls.target;
@@ -174,6 +169,12 @@ export class SceneView {
       scale: (x, y) => 1 / this.#metresPerPixel(x, y, this.mission.groundAt(x, y)),
     };
     drawOverlay(ctx, view, moment, { ...look, dots: false });
+    drawScale(ctx, this.sheet, scale, look.theme, " at the centre");
+    const ahead = this.controls.target.clone().sub(this.camera.position).normalize();
+    const level = Math.hypot(ahead.x, ahead.y) || 1;
+    const [fx, fy] = [ahead.x / level, ahead.y / level];
+    const flat = -ahead.z; // a level circle is seen this much flatter
+    drawCompass(ctx, this.sheet, look.theme, [fy, fx * flat], [-fx, fy * flat]);
   }
 
   /**
@@ -192,7 +193,7 @@ export class SceneView {
     }
   }
 
-  /** Where the robots are drawn, in metres: what is on the screen, for tests and the curious. */
+  /** Where the robots are drawn, in metres; for tests. */
   shownPositions() {
     return this.robots.shown();
   }

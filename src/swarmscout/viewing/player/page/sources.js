@@ -7,8 +7,8 @@ import { fromBase64, readPackets, unzip } from "./packets.js";
 /**
  * Missions in the order in which they are shown: `{mission, live, askBelief}`.
  *
- * `live`: where news come from, or null; `askBelief(robot, first)`: bytes of a robot's own map from a step on, or
- * null where it is not to be had.
+ * `live`: where new steps come from, or null; `askBelief(robot, first)`: bytes of a robot's own map from a step on, or
+ * null where it is missing.
  */
 export async function loadMissions() {
   const inside = document.querySelectorAll('script[type="application/x-mission"]');
@@ -41,9 +41,9 @@ async function ask(where) {
 }
 
 async function missionFrom(bytes) {
-  const [first, ...blocks] = readPackets(await unzip(bytes));
+  const [first, ...ranges] = readPackets(await unzip(bytes));
   const mission = new Mission(first);
-  for (const block of blocks) mission.append(block);
+  for (const range of ranges) mission.append(range);
   return mission;
 }
 
@@ -73,7 +73,7 @@ export function listen(live, mission, onSteps, onState) {
   const connect = () => {
     const stream = new EventSource(`${live}?from=${mission.steps}`);
     stream.addEventListener("open", () => onState("live"));
-    stream.addEventListener("block", (event) => {
+    stream.addEventListener("steps", (event) => {
       let added = false;
       for (const packet of readPackets(fromBase64(event.data).buffer)) added = mission.append(packet) || added;
       if (added) onSteps();

@@ -80,16 +80,16 @@ const STILL_FRAGMENT = /* glsl */ `
     outAt = vec4(floor(at) / 255.0, fract(at));
   }`;
 
-const LOOKS = {
-  dark: {
-    uLow: "#8a6a4d", uHigh: "#f3dfbd", uRock: "#6d5a4a", uCut: "#23272d", uBackground: "#0e1115",
-    uFrontier: "#57d08a", uGlow: "#ffdf9e", uDark: 0.62,
-  },
-  light: {
-    uLow: "#c79f76", uHigh: "#fff3dc", uRock: "#9a8672", uCut: "#b9b1a4", uBackground: "#f4f1ea",
-    uFrontier: "#2fb56a", uGlow: "#fff0cf", uDark: 0.62,
-  },
-};
+const GLOW = "#ffdf9e"; // what was seen just now
+const UNSEEN = 0.62; // brightness of what is not mapped
+
+/** Colours of a theme for the shaders. */
+function coloursOf(theme) {
+  return {
+    uLow: theme.ground_low, uHigh: theme.ground_high, uRock: theme.rock, uCut: theme.cut,
+    uBackground: theme.background, uFrontier: theme.frontier, uGlow: GLOW,
+  };
+}
 
 /** The model of a mission's cave: a mesh, and a texture that says what is known. */
 export class Terrain {
@@ -104,7 +104,8 @@ export class Terrain {
     this.uniforms = {
       uMapTexture: { value: this.texture },
       uFrame: { value: new THREE.Vector4(x, y, columns * cell, rows * cell) },
-      ...Object.fromEntries(Object.keys(LOOKS.dark).map((name) => [name, { value: null }])),
+      ...Object.fromEntries(Object.keys(coloursOf({})).map((name) => [name, { value: new THREE.Color() }])),
+      uDark: { value: UNSEEN },
     };
     const both = { vertexShader: VERTEX, uniforms: this.uniforms };
     this.material = new THREE.ShaderMaterial({ ...both, fragmentShader: FRAGMENT });
@@ -117,15 +118,12 @@ export class Terrain {
     geometry.setIndex(trianglesOf(mission.relief, number, 1));
     this.mesh = new THREE.Mesh(geometry, this.material);
     this.mesh.frustumCulled = false;
-    this.dress("dark");
   }
 
   dress(theme) {
     if (this.theme === theme) return;
     this.theme = theme;
-    for (const [name, value] of Object.entries(LOOKS[theme])) {
-      this.uniforms[name].value = typeof value === "number" ? value : new THREE.Color(value);
-    }
+    for (const [name, value] of Object.entries(coloursOf(theme))) this.uniforms[name].value.set(value);
   }
 
   /** Light what the map at the step of `mission.seek` knows. */

@@ -1,6 +1,6 @@
 // The cave for machines without a graphics card: its surface is drawn when the camera moves and kept; as long as the
-// camera stands still, only the light of what is known is put on that picture anew. Drawing the surface's triangles
-// is most of a frame there, and who scrubs through a mission does not move the camera.
+// camera stands still, only the light of what is known is drawn anew. Drawing the surface's triangles is most of a
+// frame there, and scrubbing through a mission does not move the camera.
 
 import * as THREE from "three";
 import { LIGHT } from "./terrain.js";
@@ -61,7 +61,7 @@ export class StillTerrain {
     const { x, y } = this.size;
     camera.updateMatrixWorld();
     const { theme, isCoarse } = this.terrain;
-    const kept = [x, y, theme, isCoarse, camera.projectionMatrix.elements, camera.matrixWorld.elements].join();
+    const kept = [x, y, theme.background, isCoarse, camera.projectionMatrix.elements, camera.matrixWorld.elements].join();
     if (kept === this.kept) return false;
     this.kept = kept;
     this.target.setSize(x, y);

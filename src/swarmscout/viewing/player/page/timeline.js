@@ -46,7 +46,7 @@ export class Timeline {
     ctx.lineTo(x(explored.length - 1), sheet.height);
     ctx.closePath();
     ctx.globalAlpha = 0.22;
-    ctx.fillStyle = this.theme.curve;
+    ctx.fillStyle = this.theme.accent;
     ctx.fill();
     ctx.globalAlpha = 1;
     ctx.fillStyle = this.theme.stranded;

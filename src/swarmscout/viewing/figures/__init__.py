@@ -1,1 +1,0 @@
-"""Figures for print: the paper's kinds of picture, of any run."""
