@@ -58,7 +58,7 @@ class PlugIn:
             SwarmscoutError: the kind's own error: the object is something else.
         """
         self.registry.check_object(plug_in)
-        named = {self.key: IN_MEMORY + type(plug_in).__name__}
+        named: dict[str, Any] = {self.key: IN_MEMORY + type(plug_in).__name__}
         if not self.parameters_section:
             return {self.section: named}
         if self.section:
