@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import time
 from typing import Any
 
@@ -69,7 +68,9 @@ class DrawsFromNumpy(Exploration):
 
 class DrawsAnew(Exploration):
     def candidates(self, map: Any, step: int) -> Any:
-        return super().candidates(map, step) | (random.SystemRandom().random() < 0.5)
+        return super().candidates(map, step) | (
+            np.random.default_rng().random(map.frame.shape) < 0.5
+        )
 
 
 class LooksAtTheClock(Exploration):
