@@ -254,10 +254,7 @@ class Run:
         """
         last = self.last_step
         wanted = last if step is None else step
-        if isinstance(wanted, bool) or not isinstance(wanted, int | np.integer):
-            raise RunError(f"step = {step!r}: expected a whole number, 0 to {last}")
-        if not 0 <= wanted <= last:
-            raise RunError(f"there is no step {wanted}: the run holds steps 0 to {last}")
+        _check_number("step", wanted, last, "holds")
         if robot is not None:
             self.check_robot(robot)
             if self.own_maps:
@@ -292,11 +289,7 @@ class Run:
         Raises:
             RunError: the robot does not exist.
         """
-        last = self.scenario.robots - 1
-        if isinstance(robot, bool) or not isinstance(robot, int | np.integer):
-            raise RunError(f"robot = {robot!r}: expected a whole number, 0 to {last}")
-        if not 0 <= robot <= last:
-            raise RunError(f"there is no robot {robot}: the run has robots 0 to {last}")
+        _check_number("robot", robot, self.scenario.robots - 1, "has")
 
     def world(self) -> World:
         """The world that the mission ran in.
@@ -351,6 +344,13 @@ class Run:
                 )
             self._final_map = log_odds.astype(np.int32)
         return self._final_map
+
+
+def _check_number(noun: str, number: object, last: int, verb: str) -> None:
+    if isinstance(number, bool) or not isinstance(number, int | np.integer):
+        raise RunError(f"{noun} = {number!r}: expected a whole number, 0 to {last}")
+    if not 0 <= number <= last:
+        raise RunError(f"there is no {noun} {number}: the run {verb} {noun}s 0 to {last}")
 
 
 def _facts_of(folder: Path) -> dict[str, Any]:
