@@ -31,6 +31,7 @@ SHARED = (
     "core/enums.py",
     "core/events.py",
     "mapping/occupancy.py",
+    "minds/modes.py",
     "planning/route_table.py",
     "planning/search_memory.py",
     "worlds/meshes/tiles.py",

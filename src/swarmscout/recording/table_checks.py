@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from swarmscout.core.errors import RunError
 from swarmscout.recording.tables import TABLES
 
 if TYPE_CHECKING:
