@@ -12,6 +12,7 @@ import pytest
 from swarmscout import Scenario, explore, record_mission
 from swarmscout.core.language_model import Reply, Request
 from swarmscout.destinations.nearest import Nearest
+from swarmscout.mission.mission import RULES_VERSION
 from swarmscout.recording.json_files import read_json, write_json
 
 Command = Callable[..., tuple[int, str, str]]
@@ -58,7 +59,7 @@ def test_another_rules_version_is_said(command: Command, here: Path) -> None:
     for name in ("run.json", "summary.json"):  # As an editor changes it, without new checksums.
         file = here / "run" / name
         text = file.read_text()
-        file.write_text(text.replace('"rules_version": 1', '"rules_version": 99'))
+        file.write_text(text.replace(f'"rules_version": {RULES_VERSION}', '"rules_version": 99'))
         assert file.read_text() != text
     shutil.rmtree("again")
     code, _, err = command("explore", "run", *AGAIN)

@@ -72,7 +72,7 @@ def test_a_sensor_of_ones_own_flies_from_the_command_line_and_again_from_its_run
     [
         (["sensor.reech_m=3"], "has no parameter 'reech_m': did you mean 'reach_m'?"),
         (["sensor.failing=2"], "failing = 2: expected 0 to 1"),
-        (["sensor.reach_m=far"], "expected a number, such as 2.0"),
+        (["sensor.reach_m=far"], "should be a valid number"),
         (["sensor.model=fan", "sensor.rayz=3"], "unknown key 'sensor.rayz': did you mean 'rays'?"),
         (["sensor.model=lidar", "sensor.fan_deg=9"], "unknown key 'sensor.fan_deg'"),
         (["sensor.model=lidar", "sensor.rays=0"], "--set: key 'sensor.rays' = 0"),

@@ -62,7 +62,7 @@ def test_exploring_into_a_folder_and_opening_it(tmp_path: Path) -> None:
         ({"world": [[1, 1]]}, ss.WorldError, "world is a list"),
         ({"world": None}, ss.WorldError, "world is a NoneType"),
         ({"destinations": 3}, ss.SelectorError, "destinations is a int"),
-        ({"destinations": First(), "selector": {"skip": 1}}, ss.SelectorError, "made already"),
+        ({"destinations": First(), "selector": {"skip": 1}}, ss.SelectorError, "already made"),
         ({"record": "all"}, ss.RunError, "recording level 'all' is unknown"),
     ],
 )
@@ -85,7 +85,7 @@ def test_a_selector_as_an_object_or_a_class(tmp_path: Path) -> None:
     again = ss.Run.open(tmp_path / "x")
     with pytest.raises(ss.SelectorError, match=r"was an object in memory.*FILE\.py:First"):
         ss.Mission(again.scenario)
-    with pytest.raises(ss.SelectorError, match="skip = 'two': expected a whole number"):
+    with pytest.raises(ss.SelectorError, match="skip = 'two': should be a valid integer"):
         ss.explore(destinations=First, selector={"skip": "two"}, **keys)
 
 
