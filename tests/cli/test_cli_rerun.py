@@ -65,7 +65,8 @@ def test_another_rules_version_is_said(command: Command, here: Path) -> None:
     code, _, err = command("explore", "run", *AGAIN)
     assert code == 0
     assert err == (
-        "note: run 'run' was recorded under rules version 99, and this swarmscout has 1: the "
+        "note: run 'run' was recorded under rules version 99, and this swarmscout has "
+        f"{RULES_VERSION}: the "
         "mission will not be the same\n"
     )
 
