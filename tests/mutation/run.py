@@ -1,0 +1,206 @@
+"""Mutation testing: how many small faults in a room's code do the room's tests notice?
+
+A copy of the tree is changed in one place, the tests of the changed room run until one fails, and
+the outcome is kept: killed, timeout (counts as killed) or survived. A run that was stopped goes on
+where it was; `make mutants` calls this script.
+
+    python tests/mutation/run.py --rooms comms,teams --sample 40 --seed 1
+
+Cosmic Ray's own runner does not serve, because it knows nothing of Numba's disk cache: a kernel
+that inlines a function or reads a constant of a mutated file must be compiled anew, although its
+own file has not changed. mutmut leaves decorated functions, and so every kernel, alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import contextlib
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+from mutants import Mutant, mutants_of
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = "src/swarmscout"
+ROOMS: dict[str, tuple[str, ...]] = {
+    "core": ("core", "comms/test_messages.py", "mission/test_golden_missions.py", "mission"),
+    "comms": ("comms", "mission/test_shared_and_separate_maps.py", "mission", "architecture"),
+    "mapping": ("mapping", "mission/test_golden_missions.py", "mission"),
+    "minds": ("teams", "mission/test_golden_missions.py", "mission"),
+    "teams": ("teams", "mission/test_golden_missions.py", "mission", "testing"),
+    "planning": ("planning", "mission/test_golden_missions.py", "mission"),
+    "destinations": ("destinations", "mission/test_golden_missions.py", "mission", "testing"),
+    "robots": ("robots", "mission/test_golden_missions.py", "mission", "testing"),
+    "mission": ("mission", "cli/test_cli_explore.py", "recording"),
+}
+"""The tests of each room, those that fail soonest first."""
+
+KEPT = ("src", "tests", "pyproject.toml", "README.md", "docs", "Makefile", "CHANGELOG.md")
+CRASHED_AT_ONCE = 2  # pytest's exit codes: 1 tests failed, 2 could not be collected, …
+NOTHING_FAILED = 0
+
+
+def main() -> None:
+    given = arguments()
+    given.work.mkdir(parents=True, exist_ok=True)
+    tree = given.work / "tree"
+    copy_tree(tree)
+    results = given.work / "results.jsonl"
+    known = {row["mutant"]: row for row in read(results)}
+    for room in given.rooms:
+        chosen = choose(tree / PACKAGE, room, given)
+        if given.list:
+            print("\n".join(mutant.name for mutant in chosen))
+            continue
+        for mutant in chosen:
+            if mutant.name not in known:
+                row = {"room": room, "mutant": mutant.name, **tried(tree, room, mutant, given)}
+                known[mutant.name] = row
+                with results.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(row) + "\n")
+                print(f"{row['outcome']:9}{row['seconds']:6.0f} s  {mutant.name}", flush=True)
+    if not given.list:
+        report(list(known.values()))
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rooms", default=",".join(ROOMS), help="comma-separated; default: all")
+    parser.add_argument("--sample", type=int, help="mutants per room; default: all")
+    parser.add_argument("--seed", type=int, default=0, help="of the sample")
+    parser.add_argument("--files", default="", help="only files whose path contains this text")
+    parser.add_argument("--timeout", type=float, default=900.0, help="seconds for one mutant")
+    parser.add_argument("--work", type=Path, default=ROOT / "build" / "mutants", help="folder")
+    parser.add_argument("--list", action="store_true", help="name the mutants and run nothing")
+    given = parser.parse_args()
+    given.rooms = given.rooms.split(",")
+    unknown = [room for room in given.rooms if room not in ROOMS]
+    if unknown:
+        parser.error(f"unknown room '{unknown[0]}': expected some of {', '.join(ROOMS)}")
+    return given
+
+
+def copy_tree(tree: Path) -> None:
+    """Bring the copy up to date. Files that are the same keep their times, and so their kernels."""
+    for name in KEPT:
+        for source in [ROOT / name, *sorted((ROOT / name).rglob("*"))]:
+            target = tree / source.relative_to(ROOT)
+            if source.is_dir() or "__pycache__" in source.parts:
+                continue
+            if target.exists() and target.read_bytes() == source.read_bytes():
+                continue
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, target)
+
+
+def choose(package: Path, room: str, given: argparse.Namespace) -> list[Mutant]:
+    """The room's mutants, or a sample of them."""
+    files = [str(path.relative_to(package)) for path in sorted((package / room).rglob("*.py"))]
+    # Those that ask language models have their tests with the provider's.
+    files = [file for file in files if "destinations/llm/" not in file and given.files in file]
+    every = [mutant for file in files for mutant in mutants_of(package, file)]
+    if given.sample is None:
+        return every
+    return random.Random(f"{room} {given.seed}").sample(every, min(given.sample, len(every)))
+
+
+def tried(tree: Path, room: str, mutant: Mutant, given: argparse.Namespace) -> dict[str, object]:
+    """Run the room's tests against a mutant."""
+    path = tree / PACKAGE / mutant.file
+    text = path.read_text(encoding="utf-8")
+    began = time.monotonic()
+    try:
+        path.write_text(mutant.source(tree / PACKAGE), encoding="utf-8")
+        touch_users(tree / "src", mutant.file)
+        outcome, by = run_tests(tree, [f"tests/{name}" for name in ROOMS[room]], given.timeout)
+    finally:
+        path.write_text(text, encoding="utf-8")
+        touch_users(tree / "src", mutant.file)
+    return {"outcome": outcome, "by": by, "seconds": round(time.monotonic() - began, 1)}
+
+
+def touch_users(source: Path, file: str) -> None:
+    """Have the kernels of files that import a mutated one compiled anew."""
+    users = {file}
+    while True:
+        more = {name for name, imported in imports(source).items() if imported & users}
+        if more <= users:
+            break
+        users |= more
+        break  # A kernel takes constants and inlined functions from the files that it imports.
+    for name in users:
+        os.utime(source / "swarmscout" / name)
+
+
+def imports(source: Path) -> dict[str, set[str]]:
+    """The files of the package that each file of it with kernels imports."""
+    found = {}
+    for path in (source / "swarmscout").rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        if "@kernel" not in text:
+            continue
+        modules = {
+            node.module.replace(".", "/") + ".py"
+            for node in ast.walk(ast.parse(text))
+            if isinstance(node, ast.ImportFrom) and node.module
+        }
+        name = str(path.relative_to(source / "swarmscout"))
+        found[name] = {module.removeprefix("swarmscout/") for module in modules}
+    return found
+
+
+def run_tests(tree: Path, tests: list[str], timeout: float) -> tuple[str, str]:
+    """The outcome, and the test that noticed it."""
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests]
+    running = subprocess.Popen(
+        [*command, "--tb=no", "-n", "0"],
+        cwd=tree,
+        env={**os.environ, "PYTHONPATH": str(tree / "src"), "NUMBA_CACHE_DIR": ""},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
+    try:
+        said = running.communicate(timeout=timeout)[0].decode(errors="replace")
+    except subprocess.TimeoutExpired:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(running.pid, signal.SIGKILL)
+        running.wait()
+        return "timeout", ""
+    failed = [line for line in said.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    by = failed[0][:200] if failed else f"exit code {running.returncode}"
+    return ("survived", "") if running.returncode == 0 else ("killed", by)
+
+
+def read(results: Path) -> list[dict[str, str]]:
+    if not results.exists():
+        return []
+    return [json.loads(line) for line in results.read_text(encoding="utf-8").splitlines()]
+
+
+def report(rows: list[dict[str, str]]) -> None:
+    """Print what survived, and the share of it in each room."""
+    survivors = [row["mutant"] for row in rows if row["outcome"] == "survived"]
+    print("\nSurvivors:", *(survivors or ["none"]), sep="\n  ")
+    print(f"\n{'room':14}{'tried':>7}{'killed':>8}{'timeout':>9}{'survived':>10}{'rate':>7}")
+    for room in [*ROOMS, "all"]:
+        count = Counter(row["outcome"] for row in rows if room in (row["room"], "all"))
+        tried = count.total()
+        if tried:
+            print(
+                f"{room:14}{tried:7}{count['killed']:8}{count['timeout']:9}"
+                f"{count['survived']:10}{count['survived'] / tried:7.0%}"
+            )
+
+
+if __name__ == "__main__":
+    main()
