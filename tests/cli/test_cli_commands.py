@@ -8,7 +8,11 @@ from typing import Any
 import numba
 import pytest
 
-from swarmscout.cli.compiling import say_if_compiling, uncompiled_kernels
+from swarmscout.cli.compiling import (
+    counting_compiled,
+    say_if_compiling,
+    uncompiled_kernels,
+)
 from swarmscout.core import jit
 
 Command = Callable[..., tuple[int, str, str]]
@@ -85,7 +89,10 @@ def test_a_kernel_is_compiled_when_numba_has_it_as_it_is_now(
     assert missing == ["made_up.twice"]
     say_if_compiling()
     assert capsys.readouterr().out.startswith("compiling 1 kernels: this happens once")
-    assert module.twice(3) == 6
+    compiled: list[int] = []
+    with counting_compiled(compiled.append):
+        assert module.twice(3) == 6
+    assert compiled[-1] == len(compiled) >= 1
     assert uncompiled(2)[0] == []
     say_if_compiling()
     assert capsys.readouterr().out == ""

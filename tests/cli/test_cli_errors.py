@@ -1,4 +1,4 @@
-"""Whatever a user does wrong is one line, and costs nobody's data."""
+"""Each mistake of a user is reported in one line, and no data is lost."""
 
 from __future__ import annotations
 
@@ -41,6 +41,8 @@ MISTAKES = [
     (["explore", "--set", "robots.few=3"], "'robots' is not a section"),
     (["explore", "--set", "sensor.range_m=nan"], "sensor.range_m"),
     (["explore", "--set", "map.p_free=0.9"], "p_free"),
+    (["explore", "--set", "map.p_free=0.4999"], "p_free = 0.4999 says next to nothing"),
+    (["explore", "--set", "map.p_occupied=0.5001"], "p_occupied = 0.5001 says next to nothing"),
     (["explore", "--seed", "1.5"], 'unable to convert "1.5" into int: expected a whole number'),
     (["explore", "--robots", "1e3"], "--robots"),
     (["explore", "--steps", "2.5"], "--steps"),
@@ -83,6 +85,15 @@ MISTAKES = [
     (["explore", "--out", "full"], "folder 'full' is not empty"),
     (["explore", "--out", "file"], "'file' is a file"),
     (["explore", "--out", "file/below"], "cannot make the run folder 'file/below'"),
+    (["explore", "--out", "$NO_SUCH_VARIABLE/x"], "variable $NO_SUCH_VARIABLE is not set"),
+    (["explore", "--out", "~no-such-user/x"], "'~no-such-user' has no home folder"),
+    (["explore", "--set", "world=$NO_SUCH_VARIABLE/x"], "variable $NO_SUCH_VARIABLE is not set"),
+    (["worlds", "import", "no.npy", "--start", "-10,2", "--station", "-1,0"], "'no.npy' does not"),
+    (["explore", "--page", "--record", "curves"], "--page needs steps and maps"),
+    (["list", "keys", "temas"], "no scenario key contains 'temas': did you mean 'teams'?"),
+    (["check", "nearst"], "unknown plug-in 'nearst': did you mean 'nearest'?"),
+    (["check", "missing.py:Rule"], "file 'missing.py' does not exist"),
+    (["check", "divides.py:Rule", "--kind", "selektor"], "did you mean 'selector'?"),
     (["list", "colours"], 'Unknown command "colours"'),
     (["doctor", "everything"], "everything"),
 ]

@@ -14,7 +14,7 @@ COMMANDS = [
     ["worlds"], ["worlds", "list"], ["worlds", "show"],
     ["worlds", "import"], ["worlds", "generate"], ["list"], ["list", "selectors"],
     ["list", "policies"], ["list", "worlds"], ["warm"], ["doctor"], ["study"], ["compare"],
-    ["explain"], ["models"], ["models", "install"],
+    ["explain"], ["models"], ["models", "install"], ["check"], ["schema"], ["list", "keys"],
 ]  # fmt: skip
 HEAVY = ("numpy", "numba", "openai", "polars", "scipy", "matplotlib", "pydantic", "PIL", "yaml")
 
@@ -53,9 +53,26 @@ def test_every_command_has_its_line() -> None:
         "models",
         "warm",
         "doctor",
+        "check",
+        "schema",
     ):
         line = next(line for line in done.stdout.splitlines() if f" {name} " in line)
         assert len(line.strip("│ ").split()) > 3
+
+
+@pytest.mark.parametrize("columns", ["40", "80", "200"])
+@pytest.mark.parametrize("words", [[], ["explore"], ["worlds", "import"]], ids=" ".join)
+def test_help_fills_its_lines(words: list[str], columns: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "swarmscout", *words, "--help"],
+        capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": columns},
+    )  # fmt: skip
+    lines = done.stdout.splitlines()
+    assert all(len(line) <= int(columns) for line in lines if "  --" not in line)
+    starts = [len(line) - len(line.lstrip()) for line in lines]
+    for here, below, indent, next_indent in zip(lines, lines[1:], starts, starts[1:], strict=False):
+        if indent == next_indent > 8 and below.split():  # A paragraph that goes on.
+            assert len(f"{here} {below.split()[0]}") > int(columns), here
 
 
 def test_help_takes_less_than_a_third_of_a_second() -> None:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -43,6 +46,9 @@ def test_a_signal_keeps_the_run(
     assert run.coverage.equals(whole.coverage.filter(pl.col("step") <= run.last_step))
 
 
+WORDS = {signal.SIGINT: "interrupted\n", signal.SIGTERM: "terminated\n"}
+
+
 def test_outside_a_mission_signals_end_at_once() -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         with pytest.raises(Interrupted) as caught, interruptible():
@@ -61,6 +67,27 @@ def test_inside_a_mission_a_signal_waits_and_a_second_does_not() -> None:
             signal.raise_signal(signal.SIGTERM)
     assert (waited.value.signal, at_once.value.signal) == (signal.SIGINT, signal.SIGTERM)
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_signal_that_is_sent_twice_at_once_is_one() -> None:
+    with between_steps() as check:
+        check()
+        signal.raise_signal(signal.SIGTERM)  # ``timeout`` signals the process,
+        signal.raise_signal(signal.SIGTERM)  # and then its group.
+        with pytest.raises(Interrupted):
+            check()
+    closed = []
+
+    def mission() -> None:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        finally:
+            signal.raise_signal(signal.SIGINT)
+            closed.append("a file")
+
+    with pytest.raises(Interrupted), interruptible():
+        mission()
+    assert closed
 
 
 def test_a_library_may_turn_an_interrupt_into_its_own_error() -> None:
@@ -124,6 +151,65 @@ def test_an_interrupt_while_loading_is_one_line(
     assert child.returncode == 130
     assert err.startswith("interrupted")
     assert err.count("\n") == 1
+
+
+def test_before_the_first_step_is_over_a_signal_does_not_wait() -> None:
+    with pytest.raises(Interrupted), between_steps():
+        signal.raise_signal(signal.SIGTERM)  # A kernel is being compiled, for example.
+
+
+def test_a_step_that_goes_on_is_broken_off() -> None:
+    began = time.monotonic()
+    with between_steps() as check:
+        check()
+        signal.raise_signal(signal.SIGINT)
+        with pytest.raises(Interrupted) as caught:
+            time.sleep(60)  # A model thinks, for example.
+    assert caught.value.signal == signal.SIGINT
+    assert time.monotonic() - began < 30
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+# A mutex that is locked twice: compiled code that does not return, so Python runs no handler.
+STUCK = """
+import ctypes, sys
+import swarmscout.__main__, swarmscout.cli.app
+def stuck(*_, **__):
+    mutex, library = ctypes.create_string_buffer(64), ctypes.CDLL(None)
+    library.pthread_mutex_lock(mutex)
+    print("stuck", flush=True)
+    library.pthread_mutex_lock(mutex)
+swarmscout.cli.app.app = stuck
+sys.exit(swarmscout.__main__.main())
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("signals", [1, 2])
+def test_compiled_code_that_does_not_return_is_ended(
+    here: Path, number: signal.Signals, signals: int
+) -> None:
+    child = subprocess.Popen(
+        [sys.executable, "-c", STUCK], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert child.stdout is not None
+    assert child.stdout.readline() == "stuck\n"
+    for _ in range(signals):
+        child.send_signal(number)
+        time.sleep(0.5)
+    _, err = child.communicate(timeout=60)
+    assert (child.returncode, err) == (128 + number, WORDS[number])
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_map_that_never_comes(start: Callable[..., Any], here: Path, number: int) -> None:
+    os.mkfifo("f.npy")
+    child = start("explore", "--world", "f.npy", "--out", "x")
+    time.sleep(3)
+    child.send_signal(number)
+    _, err = child.communicate(timeout=60)
+    assert (child.returncode, err) == (128 + number, WORDS[number])
+    assert not (here / "x").exists()
 
 
 def test_an_interrupt_before_the_mission_leaves_nothing(

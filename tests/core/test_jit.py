@@ -1,8 +1,10 @@
 """Damaged and full kernel caches."""
 
+import ast
 import importlib.util
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -64,3 +66,39 @@ def test_a_full_disk_is_named_with_the_cure(tmp_path):
     last = done.stderr.strip().splitlines()[-1]
     assert "cannot keep compiled kernels in '" in last
     assert "File too large; free space there, or set NUMBA_CACHE_DIR to another folder" in last
+
+
+def test_a_change_in_a_shared_file_compiles_anew(load, monkeypatch):
+    assert load()(2) == 4
+    assert sum(load().stats.cache_misses.values()) == 0
+    same = load()
+    same(2)
+    assert sum(same.stats.cache_hits.values()) == 1
+    monkeypatch.setattr(jit, "_shared_stamp", lambda: "changed")
+    other = load()
+    assert other(2) == 4
+    assert sum(other.stats.cache_misses.values()) == 1
+
+
+def test_kernels_import_constants_and_functions_from_shared_files_alone():
+    package = Path(jit.__file__).parents[1]
+    for path in package.rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        kernels = [
+            node
+            for node in ast.walk(tree)
+            if isinstance(node, ast.FunctionDef)
+            and any(ast.unparse(d) in ("kernel", "inlined") for d in node.decorator_list)
+        ]
+        used = {
+            n.id
+            for k in kernels
+            for part in (*k.body, k.args)
+            for n in ast.walk(part)
+            if isinstance(n, ast.Name)
+        }
+        for node in tree.body:
+            if isinstance(node, ast.ImportFrom) and str(node.module).startswith("swarmscout."):
+                names = {alias.asname or alias.name for alias in node.names} & used
+                file = str(node.module).removeprefix("swarmscout.").replace(".", "/") + ".py"
+                assert not names or file in jit.SHARED, f"{path.name}: {sorted(names)}"

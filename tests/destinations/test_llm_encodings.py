@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
+from swarmscout import Mission, Scenario
 from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.errors import SelectorError
+from swarmscout.core.language_model import Reply, Request
+from swarmscout.core.tokens import estimate_tokens
 from swarmscout.destinations.llm.dialogue import question, schema_of
 from swarmscout.destinations.llm.encodings import ENCODINGS
+from swarmscout.destinations.llm.fronts import EXTENT_M, pieces_of
 from swarmscout.destinations.llm.prompts import load_prompt, named_prompts
-from swarmscout.destinations.llm.tokens import estimate_tokens
 from swarmscout.destinations.registry import make_selector
 from swarmscout.testing.situations import leader_view, situations
 
@@ -94,6 +99,41 @@ def test_clusters_are_few_and_stand_for_frontiers() -> None:
     assert all((view.frontiers == c.cell).all(axis=1).any() for c in one.candidates)
 
 
+@pytest.mark.parametrize("cell_m", [0.1, 0.25, 0.5, 1.0, 4.0])
+def test_a_long_front_is_cut_along_itself(cell_m: float) -> None:
+    """A straight front, a ring and a branching one; pieces touch, and none is long."""
+    line = [(0, x) for x in range(60)]
+    ring = [(r, c) for r in range(10, 40) for c in range(10, 40) if r in (10, 39) or c in (10, 39)]
+    tree = [(r, 100) for r in range(40)] + [(20, c) for c in range(80, 120) if c != 100]
+    cells = np.array(sorted(line + ring + tree), dtype=np.int64)
+    pieces = pieces_of(cells, cell_m)
+    assert sorted(set(pieces.tolist())) == list(range(pieces.max() + 1))
+    for number in range(pieces.max() + 1):
+        part = cells[pieces == number]
+        assert np.ptp(part, axis=0).max() * cell_m <= 2 * max(EXTENT_M, cell_m)
+    assert (pieces[:60] == np.arange(60) * (pieces[59] + 1) // 60).all(), "equal parts of a line"
+    again = pieces_of(cells, cell_m)
+    assert (again == pieces).all()
+
+
+@pytest.mark.slow
+def test_a_default_mission_has_several_candidates_to_choose_from() -> None:
+    counts: list[int] = []
+
+    def last(step: int, asked: Sequence[tuple[int, Request]]) -> list[Reply]:
+        ids = [request.schema["properties"]["choice"]["enum"] for _, request in asked]
+        counts.extend(map(len, ids))
+        return [Reply(json.dumps({"choice": names[-1], "reason": "far"})) for names in ids]
+
+    mission = Mission(Scenario(steps=150))
+    mission.destinations.selector = make_selector("llm", {"encoding": "clusters"})
+    mission.destinations.ask = last
+    mission.run()
+    assert len(counts) > 10
+    assert min(counts) > 1, "one candidate is not a question"
+    assert np.median(counts) > 3
+
+
 @pytest.mark.parametrize("name", sorted(ENCODINGS))
 @pytest.mark.parametrize("features", ["paper", "full"])
 def test_every_situation_and_budget(name: str, features: str) -> None:
@@ -156,13 +196,13 @@ def test_prompts_that_come_with_the_package() -> None:
     [
         (None, "cannot be read: No such file"),
         ("version = ", "is not valid TOML"),
-        ('version = "1"', "'system' is missing or no text"),
+        ('version = "1"', "'system' is missing or not a text"),
         ("versio = '1'", "unknown key 'versio': did you mean 'version'?"),
         (
             "version='1'\nsystem='s'\nuser='$map $mapp $answer'\nanswer='a'\nretry=''",
             "unknown name '$mapp': did you mean 'map'?",
         ),
-        ("version='1'\nsystem='s'\nuser='$map'\nanswer='a'\nretry=''", "'$answer' has to stand"),
+        ("version='1'\nsystem='s'\nuser='$map'\nanswer='a'\nretry=''", "it must contain '$answer'"),
         ("version='1'\nsystem='5 $'\nuser='$map $answer'\nanswer='a'\nretry=''", "write $$"),
     ],
 )

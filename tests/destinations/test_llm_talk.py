@@ -134,6 +134,20 @@ def test_during_the_warm_up_nobody_is_asked() -> None:
             hold(make_selector(name), view_of(step=21), [])
 
 
+def test_one_candidate_is_not_a_question() -> None:
+    labels = np.zeros((20, 20), dtype=np.uint8)
+    labels[3:15, 3:17] = OCCUPIED
+    labels[8, 8] = labels[8, 9] = FREE
+    labels[7, 9] = 0
+    view = leader_view(labels, (8, 8), step=30)
+    for selector in (Llm(encoding="clusters"), LlmShortlist()):
+        asked, choice = hold(selector, view, [])
+        assert asked == []
+        assert tuple(choice.cell) in {tuple(cell) for cell in view.frontiers.tolist()}
+        assert choice.details["shown"] == 1
+        assert "fallback" not in choice.details
+
+
 def test_shuffling_can_be_undone() -> None:
     view = view_of()
     asked, choice = hold(Llm(encoding="frontiers", shuffle=True), view, [say(named(view, 5))])

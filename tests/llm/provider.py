@@ -38,7 +38,7 @@ def completion(text: str | None, **more: Any) -> dict[str, Any]:
 def frontiers_of(body: dict[str, Any]) -> list[str]:
     """Ids that a request offers."""
     form = body.get("response_format")
-    if form is not None:
+    if form is not None and "json_schema" in form:
         choice = form["json_schema"]["schema"]["properties"]["choice"]
         return list(choice.get("enum", []))
     text = body["messages"][1]["content"]
@@ -115,6 +115,9 @@ def _handler(provider: Provider) -> type[BaseHTTPRequestHandler]:
             elif what == "says":
                 code, _, words = detail.partition(" ")
                 self.say(int(code), {"error": {"message": words, "type": "t", "code": "c"}})
+            elif what == "answer":
+                code, _, data = detail.partition(" ")
+                self.send(int(code), data.encode())
             elif what == "hang":
                 provider.stopping.wait(20.0)
             elif what == "slow":

@@ -13,7 +13,7 @@ from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Message, Reply, Request
 from swarmscout.llm.cassette import Cassette, Tape
 from swarmscout.llm.connect import connect
-from swarmscout.llm.settings import ModelSettings
+from swarmscout.llm.settings import LlmSettings
 
 
 class Counting:
@@ -141,8 +141,93 @@ def test_who_was_killed_in_the_middle_of_a_line(tmp_path: Path) -> None:
     again = cassette(file, "auto", Counting(5))
     assert again.complete(ask("a")).text == "answer 1"
     again.complete(ask("b"))
-    with pytest.raises(ModelError, match=r"c\.jsonl', line 2: this is no entry of a cassette"):
+    assert len(file.read_bytes().splitlines()) == 2, "what was torn is gone"
+    replaying = cassette(file, "replay", None)
+    assert [replaying.complete(ask(t)).text for t in "ab"] == ["answer 1", "answer 6"]
+
+
+def test_every_place_where_a_line_can_be_torn(tmp_path: Path) -> None:
+    """Alone at the end, before a line of this version, and in merged cassettes."""
+    file = tmp_path / "c.jsonl"
+    cassette(file, "record", Counting()).complete(ask("ä"))
+    line = file.read_bytes()
+    for cut in range(1, len(line) - 1):
+        file.write_bytes(line + line[:cut])
+        assert len(Tape(file).entries) == 1
+        cassette(file, "record", Counting()).complete(ask("b"))
+        assert len(Tape(file).entries) == 2
+        assert len(file.read_bytes().splitlines()) == 2
+        file.write_bytes(line[:cut] + line)
+        assert len(Tape(file).entries) == 1
+
+
+def test_a_whole_line_without_its_end_counts(tmp_path: Path) -> None:
+    file, other = tmp_path / "c.jsonl", tmp_path / "d.jsonl"
+    cassette(file, "record", Counting()).complete(ask("a"))
+    cassette(other, "record", Counting(10)).complete(ask("b"))
+    bare = file.read_bytes().rstrip(b"\n")
+    file.write_bytes(bare)
+    assert cassette(file, "replay", None).complete(ask("a")).text == "answer 1"
+    file.write_bytes(b"\xef\xbb\xbf" + bare + other.read_bytes().replace(b"\n", b"\r\n"))
+    replaying = cassette(file, "replay", None)
+    assert [replaying.complete(ask(t)).text for t in "ab"] == ["answer 1", "answer 11"]
+    file.write_bytes(bare)
+    cassette(file, "record", Counting(20)).complete(ask("c"))
+    assert len(file.read_bytes().splitlines()) == 2
+    assert len(Tape(file).entries) == 2
+
+
+def test_a_file_of_something_else_is_left_alone(tmp_path: Path) -> None:
+    file = tmp_path / "notes.txt"
+    for text in (b"my notes", b"my notes\n", b"[1]"):
+        file.write_bytes(text)
+        with pytest.raises(ModelError, match="line 1: this is not an entry"):
+            Tape(file)
+        assert file.read_bytes() == text
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"text": 5}, "the reply's text is not a text"),
+        ({"tokens_in": "many"}, "the reply's tokens_in is not a count"),
+        ({"failure": "boredom"}, "the reply's failure is none of"),
+        ({"finish": ""}, "the reply's finish is none of"),
+        ({"seconds": -1}, "seconds = -1 is impossible"),
+        ({"seconds": float("nan")}, "seconds = nan is impossible"),
+        ({"cost_usd": "free"}, "the reply's cost_usd is not a number"),
+    ],
+)
+def test_values_are_checked(tmp_path: Path, change: dict[str, object], says: str) -> None:
+    file = tmp_path / "c.jsonl"
+    cassette(file, "record", Counting()).complete(ask("a"))
+    data = json.loads(file.read_text())
+    data["reply"] |= change
+    file.write_text(json.dumps(data) + "\n")
+    with pytest.raises(ModelError, match="line 1: ") as caught:
         Tape(file)
+    assert says in str(caught.value)
+
+
+def test_what_cannot_be_kept_or_shown_is_replaced_on_reading(tmp_path: Path) -> None:
+    file = tmp_path / "c.jsonl"
+    cassette(file, "record", Counting()).complete(ask("a"))
+    data = json.loads(file.read_text())
+    data["reply"] |= {"text": "a\ud83d\x1b[2Jb", "tokens_in": 4294967295, "model": "m\x07"}
+    file.write_text(json.dumps(data, ensure_ascii=True) + "\n")
+    reply = cassette(file, "replay", None).complete(ask("a"))
+    assert (reply.text, reply.tokens_in, reply.model) == ("a\ufffd\ufffd[2Jb", None, "m\ufffd")
+
+
+def test_a_surrogate_poisons_nothing(tmp_path: Path) -> None:
+    class Half:
+        def complete(self, request: Request) -> Reply:
+            return Reply("far \ud83d")
+
+    file = tmp_path / "c.jsonl"
+    recorded = Cassette(Tape(file), "record", Half(), "m", {}).complete(ask("a"))
+    assert recorded.text == "far \ufffd"
+    assert Cassette(Tape(file), "replay", None, "m", {}).complete(ask("a")) == recorded
 
 
 @pytest.mark.parametrize(
@@ -186,7 +271,7 @@ def test_mistakes_with_cassettes(tmp_path: Path) -> None:
     file = tmp_path / "c.jsonl"
 
     def connected(environ: dict[str, str] | None = None, **keys: str) -> None:
-        connect(ModelSettings(**keys), environ=environ or {}).close()
+        connect(LlmSettings(**keys), environ=environ or {}).close()
 
     with pytest.raises(ModelError, match=r"c\.jsonl' does not exist: nothing can be replayed"):
         connected(cassette=str(file), mode="replay")
@@ -205,6 +290,6 @@ def test_mistakes_with_cassettes(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="no language model is configured"):
         connected(cassette=str(file), mode="record")
     cassette(file, "record", Counting(), "other").complete(ask("a"))
-    with pytest.raises(ModelError, match="holds answers of m, other: say which with --llm-model"):
+    with pytest.raises(ModelError, match="holds answers of m, other: choose with --llm-model"):
         connected(cassette=str(file), mode="replay")
     connected(cassette=str(file), mode="replay", model="m")

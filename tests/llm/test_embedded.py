@@ -152,7 +152,7 @@ class TestWithTheModel:
         model.close()
 
     def test_the_doctor_asks_it(self, capsys: pytest.CaptureFixture[str]) -> None:
-        assert main(["doctor", "--provider", "embedded"]) in (0, 2)
+        assert main(["doctor", "--llm", "embedded"]) in (0, 2)
         out = capsys.readouterr().out
         assert "provider    embedded" in out
         assert "tokens      " in out

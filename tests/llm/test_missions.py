@@ -13,7 +13,7 @@ from zlib import crc32
 
 import polars as pl
 import pytest
-from provider import KEY, Provider, serving
+from provider import KEY, Provider, completion, frontiers_of, serving
 
 from swarmscout import Run, Scenario
 from swarmscout.api import record_mission
@@ -303,10 +303,68 @@ def test_the_command_and_explaining_a_decision(command: Command) -> None:
 def test_who_does_not_answer_is_named_at_the_end(command: Command) -> None:
     with serving("status:401") as server:
         code, out, err = command(*options(server))
-    assert code == 0
-    assert err.startswith("warning: the model did not answer to the end: unauthorized: the server")
+    assert code == 3, "the mission ran, and its model made no decision"
+    assert err.startswith("warning: the model made no decision: unauthorized: the server refuses")
     assert err.count("\n") == 1
     assert "left to the rule (paused" in out or "left to the rule (unauthorized" in out
+
+
+def test_answers_that_cannot_be_used_are_named_at_the_end(command: Command) -> None:
+    with serving("text:hm") as server:
+        code, _, err = command(*options(server, "--set", "selector.retries=0"))
+    assert code == 3
+    assert err.startswith("warning: the model made no decision: invalid answers (no answer); the r")
+
+
+def test_no_control_character_reaches_the_terminal(command: Command) -> None:
+    """Neither from answers nor from a server's name or errors; halves of characters neither."""
+    nasty = "\x1b]0;owned\x07\x1b[2J\ud83d\u202e\x9b31m"
+
+    def plan(number: int, body: dict[str, Any]) -> str:
+        if number % 3 == 1:
+            return "answer:400 " + json.dumps({"error": {"message": f"bad {nasty}"}})
+        said = {"candidates": [], "choice": frontiers_of(body)[0], "reason": f"open {nasty}"}
+        return "raw:" + json.dumps(completion(json.dumps(said), model=f"m{nasty}"))
+
+    with serving(plan) as server:
+        code, out, err = command(*options(server, "--out", "x", "--llm-cassette", "c.jsonl"))
+    said = out + err + command("explain", "x")[1]
+    step = str(Run.open("x").attempts["step"][0])
+    said += command("explain", "x", "--step", step)[1]
+    assert code == 0
+    assert "open" in said
+    assert not [sign for sign in said if (ord(sign) < 32 and sign not in "\n\t\r") or
+                0x7F <= ord(sign) < 0xA0 or sign == "\u202e"]  # fmt: skip
+    replayed = (*options(server, "--out", "y", "--llm-cassette", "c.jsonl"), "--llm-mode", "replay")
+    assert command(*replayed)[0] == 0
+    assert hashes(Path("x")) == hashes(Path("y"))
+
+
+def test_a_model_that_thinks_is_heard_and_said(command: Command) -> None:
+    def plan(number: int, body: dict[str, Any]) -> str:
+        thinks = f"raw:{json.dumps(completion('', finish_reason='length'))}"
+        return "good" if body["max_tokens"] > 2000 else thinks
+
+    with serving(plan) as server:
+        code, _, err = command(*options(server))
+    assert code == 0
+    assert err.startswith("note: the model thinks before it answers: the limit of its answers was")
+
+
+def test_a_cost_limit_holds_without_counts(command: Command) -> None:
+    def plan(number: int, body: dict[str, Any]) -> str:
+        said = json.dumps({"choice": frontiers_of(body)[0], "reason": "open"})
+        return f"raw:{json.dumps({**completion(said, model='gpt-4o'), 'usage': None})}"
+
+    with serving(plan) as server:
+        where = ("--set", "llm.model=gpt-4o", "--set", "llm.max_cost_usd=0.0001")
+        words = [
+            word for word in options(server, *where) if word not in ("test-model", "--llm-model")
+        ]
+        code, _, err = command(*words)
+    assert code == 0
+    assert "its budget of $0.0001 is used up" in err
+    assert 0 < len(server.seen) < 6
 
 
 def test_nothing_configured_says_what_to_set(
@@ -347,7 +405,7 @@ def test_the_key_is_in_no_byte_that_is_written_or_said(
     finally:
         root.removeHandler(handler)
         root.setLevel(level)
-    assert said[0] == 0
+    assert said[0] == (0 if fault == "good" else 3)
     shown = "".join(map(str, said)) + log.getvalue()
     shown += "".join(map(str, command("explain", "x")))
     shown += repr(Run.open("x")) + repr(Run.open("x").attempts.to_dicts())

@@ -10,10 +10,11 @@ import pytest
 from provider import KEY, completion, serving
 
 from swarmscout.core.language_model import Message, Reply, Request
+from swarmscout.llm.causes import retry_after
 from swarmscout.llm.failures import TryFailed
-from swarmscout.llm.openai_model import OpenAIModel, retry_after
+from swarmscout.llm.openai_model import OpenAIModel
 from swarmscout.llm.prices import Prices, load_prices
-from swarmscout.llm.retry import Patient
+from swarmscout.llm.retry import RetryingModel
 from swarmscout.llm.settings import Endpoint, Secret
 
 pytest.importorskip("openai")
@@ -79,13 +80,19 @@ FAULTS = [
     ('raw:{"choices": [{"message": {"content": [1]}}]}', "malformed reply"),
     ("status:400", "bad request"),
     ("status:401", "unauthorized"),
-    ("status:403", "unauthorized"),
+    ("status:403", "forbidden"),
     ("status:404", "not found"),
     ("status:422", "bad request"),
     ("status:429", "rate limit"),
     ("status:500", "server error"),
     ("status:503", "server error"),
     ("says:400 This model's maximum context length is 8192 tokens.", "too long"),
+    ("says:413 Request too large for model on tokens per minute: Limit 6000", "too long"),
+    ("raw:<html>Welcome</html>", "malformed reply"),
+    ('raw:data: {"choices": []}', "malformed reply"),
+    ('raw:{"error": {"code": 429, "message": "no more today"}}', "rate limit"),
+    ('raw:{"error": "overloaded"}', "server error"),
+    ('raw:{"choices": [{"error": {"code": 502, "message": "upstream"}}]}', "server error"),
     ("hang", "timeout"),
     ("drip", "timeout"),
     ("drop", "no connection"),
@@ -167,7 +174,8 @@ def test_a_server_that_takes_no_schema_is_asked_without_one_and_once_for_all() -
         assert model.send(ASK, 5.0).text == '{"choice": "A"}'
         assert model.send(ASK, 5.0).text == '{"choice": "A"}'
         model.close()
-    assert len(server.seen) == 4
+    # The schema whole, without lengths, bare, any JSON, nothing; no temperature; the second call.
+    assert len(server.seen) == 7
     with serving(plan) as server, pytest.raises(TryFailed, match="bad request"):
         send(server.url, structured="schema")
     with serving(plan) as server:
@@ -232,11 +240,13 @@ class Script:
         return Reply("fine", model="m", tokens_in=1000, tokens_out=100)
 
 
-def patient(*faults: TryFailed, takes_s: float = 1.0, **more: Any) -> tuple[Patient, Script, Clock]:
+def patient(
+    *faults: TryFailed, takes_s: float = 1.0, **more: Any
+) -> tuple[RetryingModel, Script, Clock]:
     clock = Clock()
     script = Script(*faults, takes_s=takes_s, clock=clock)
     prices = Prices({"m": (2.0, 8.0)})
-    made = Patient(script, "m", prices, clock=clock, sleep=clock.sleep, **more)
+    made = RetryingModel(script, "m", prices, clock=clock, sleep=clock.sleep, **more)
     return made, script, clock
 
 
@@ -280,7 +290,7 @@ def test_within_the_time_of_a_decision() -> None:
 def test_retries_are_counted_once() -> None:
     """The SDK's own retries are off: four tries are four requests."""
     with serving("status:500") as server:
-        model = Patient(model_of(server.url), "m", load_prices(), sleep=lambda s: None)
+        model = RetryingModel(model_of(server.url), "m", load_prices(), sleep=lambda s: None)
         reply = model.complete(ASK)
         model.close()
     assert (reply.tries, len(server.seen), reply.failure) == (4, 4, "server error")

@@ -14,8 +14,11 @@ from wrong_policies import MISTAKES
 
 from swarmscout.core.errors import PolicyError, SelectorError
 from swarmscout.destinations.registry import SELECTORS
+from swarmscout.robots.radio.registry import RADIOS
+from swarmscout.robots.sensors.registry import SENSORS
 from swarmscout.teams.registry import POLICIES, policies
 from swarmscout.testing import CHECKS, check_policy
+from swarmscout.worlds.readers import READERS
 
 
 @pytest.mark.parametrize("name", sorted(policies()))
@@ -88,7 +91,8 @@ def test_generators_and_clocks_are_left_as_they_were() -> None:
 
 
 def test_there_is_a_check_for_every_kind_of_plug_in() -> None:
-    assert set(CHECKS) == {POLICIES.noun, SELECTORS.noun}
+    kinds = (POLICIES, SELECTORS, SENSORS, RADIOS, READERS)
+    assert set(CHECKS) == {kind.noun for kind in kinds}
     assert CHECKS["policy"]("by-mode").noun == "policy"
     with pytest.raises(PolicyError, match="did you mean 'by-mode'"):
         CHECKS["policy"]("bymode")

@@ -1,13 +1,16 @@
-"""Whether the kernels are compiled already, so that a first mission can say why it takes long."""
+"""Kernels: which are compiled already, and compiling all of them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 __all__ = [
     "cache_folders",
     "compile_all",
+    "counting_compiled",
     "load_kernels",
     "say_if_compiling",
     "uncompiled_kernels",
@@ -26,6 +29,29 @@ def say_if_compiling() -> None:
         print(
             f"compiling {missing} kernels: this happens once and takes a minute or less", flush=True
         )
+
+
+@contextmanager
+def counting_compiled(on_count: Callable[[int], object]) -> Iterator[None]:
+    """Call a function with the number of kernels compiled so far, whenever one is compiled."""
+    from numba.core import event
+
+    class Counter(event.Listener):  # type: ignore[misc]
+        count = 0
+
+        def on_start(self, _: Any) -> None:
+            pass
+
+        def on_end(self, _: Any) -> None:
+            self.count += 1
+            on_count(self.count)
+
+    counter = Counter()
+    event.register("numba:compile", counter)
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", counter)
 
 
 def load_kernels() -> int:

@@ -1,4 +1,4 @@
-"""A bar over things that are made one after the other; nothing where nobody sits in front of it."""
+"""A progress bar over things that are made one after the other; none without a terminal."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ __all__ = ["counting"]
 
 @contextmanager
 def counting(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar.
+    """Show a progress bar.
 
     Args:
         what: the things that are counted.
 
     Yields:
-        What is to be called with how many are done, and how many there will be.
+        To be called with the number of things done and their total number.
     """
     if not sys.stdout.isatty():
         yield lambda done, total: None

@@ -2,29 +2,52 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
 
 __all__ = ["doctor"]
 
 _PACKAGES = ("numpy", "numba", "scipy", "pydantic", "polars", "matplotlib", "pillow", "cyclopts")
 
 
-def doctor(*, llm: bool = False, provider: str | None = None, model: str | None = None) -> int:
+def doctor(
+    *,
+    llm: Annotated[str | None, Parameter(metavar="[PROVIDER]")] = None,
+    llm_model: str | None = None,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
     """Show versions, cores, and whether the folders for caches and runs are writable.
 
     Args:
-        llm: ask a language model one small question, and say what works.
-        provider: who is asked: openai, azure, embedded, or a server's address; by default whoever
-            the environment names.
-        model: the model's name, or Azure's deployment.
+        llm: send one small question to a language model and report what works: openai, azure,
+            embedded, or the address of a compatible server; without a value, the provider is
+            taken from environment variables.
+        llm_model: the model's name, or Azure's deployment.
+        json: print one JSON object.
     """
-    if llm or provider or model:
+    if llm or llm_model:
         from swarmscout.cli.doctor_llm import ask_once
 
-        return ask_once(provider, model)
-    import os
+        return ask_once(llm, llm_model)
+    facts, troubles = _facts()
+    if json:
+        from json import dumps
+
+        print(dumps({**facts, "problems": troubles}, indent=2))
+    else:
+        for name, text in facts.items():
+            print(f"{name:<10}  {text}")
+    for trouble in troubles:
+        print(f"error: {trouble}", file=sys.stderr)
+    return 2 if troubles else 0
+
+
+def _facts() -> tuple[dict[str, Any], list[str]]:
+    """What is installed and where things are, and what is wrong with it."""
     import platform
-    import sys
     from importlib.metadata import PackageNotFoundError, version
 
     from swarmscout import __version__
@@ -32,33 +55,43 @@ def doctor(*, llm: bool = False, provider: str | None = None, model: str | None 
 
     troubles = []
     python = f"Python {platform.python_version()}"
-    print(f"swarmscout  {__version__}, rules {RULES_VERSION}, {python}")
     system = f"{platform.system()} {platform.machine()}"
-    print(f"system      {system}, {_cores()} cores for this process")
+    facts = {
+        "swarmscout": f"{__version__}, rules {RULES_VERSION}, {python}",
+        "system": f"{system}, {_cores()} cores for this process",
+    }
     for package in _PACKAGES:
         try:
-            print(f"{package:<10}  {version(package)}")
+            facts[package] = version(package)
         except PackageNotFoundError:
-            print(f"{package:<10}  missing")
+            facts[package] = "missing"
             troubles.append(f"{package} is not installed")
+    kernels, folders = _caches()
+    facts["kernels"] = kernels
+    for what, shown, parts, remedy in (
+        ("cache", _common(folders), folders, "set NUMBA_CACHE_DIR to one that is"),
+        ("runs", Path("runs"), [Path("runs")], "work in another one"),
+    ):
+        locked = [folder for folder in parts if not _writable(folder)]
+        facts[what] = f"{shown} ({'NOT writable' if locked else 'writable'})"
+        troubles += [f"folder '{folder}' is not writable: {remedy}" for folder in locked[:1]]
+    return facts, troubles
 
+
+def _caches() -> tuple[str, list[Path]]:
+    """How many kernels are compiled, and the folders that keep them."""
     from swarmscout.cli.compiling import cache_folders, load_kernels, uncompiled_kernels
 
     kernels = load_kernels()
     ready = kernels - len(uncompiled_kernels())
-    print(f"kernels     {ready} of {kernels} compiled" + ("" if ready == kernels else ": run warm"))
-    caches = cache_folders()
-    cache = Path(os.path.commonpath(caches))
-    for what, shown, folders, remedy in (
-        ("cache", cache, caches, "set NUMBA_CACHE_DIR to one that is"),
-        ("runs", Path("runs"), [Path("runs")], "work in another one"),
-    ):
-        locked = [folder for folder in folders if not _writable(folder)]
-        print(f"{what:<10}  {shown} ({'NOT writable' if locked else 'writable'})")
-        troubles += [f"folder '{folder}' is not writable: {remedy}" for folder in locked[:1]]
-    for trouble in troubles:
-        print(f"error: {trouble}", file=sys.stderr)
-    return 2 if troubles else 0
+    hint = "" if ready == kernels else " (swarmscout warm compiles all)"
+    return f"{ready} of {kernels} compiled{hint}", cache_folders()
+
+
+def _common(folders: list[Path]) -> Path:
+    import os
+
+    return Path(os.path.commonpath(folders))
 
 
 def _cores() -> int:

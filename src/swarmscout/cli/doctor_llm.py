@@ -16,14 +16,18 @@ _SCHEMA: dict[str, Any] = {
     "required": ["choice", "reason"],
     "additionalProperties": False,
 }
+_QUESTION = (
+    "A is a wall, B is open ground. Where should a robot explore? Answer with JSON: "
+    '{"choice": "<A or B>", "reason": "<why, in a few words>"}'
+)
 
 
 def ask_once(llm: str | None, model: str | None) -> int:
-    """Ask, and print what works.
+    """Ask one question, and print what works.
 
     Args:
         llm: a provider or a server's address.
-        model: a name.
+        model: the model's name.
 
     Returns:
         0 if a valid answer came, else 2.
@@ -36,12 +40,11 @@ def ask_once(llm: str | None, model: str | None) -> int:
     from swarmscout.cli.llm_options import llm_overrides
     from swarmscout.core.language_model import Message, Request
     from swarmscout.destinations.llm.parse import InvalidAnswer, read_answer
-    from swarmscout.llm.connect import make_model
-    from swarmscout.llm.settings import ModelSettings, find_endpoint
+    from swarmscout.llm.connect import connect
+    from swarmscout.llm.settings import find_endpoint
     from swarmscout.mission.scenario_files import make_scenario
 
-    scenario = make_scenario({}, llm_overrides(llm, model, None, None))
-    settings = ModelSettings(**scenario.llm.model_dump(exclude={"latency_steps"}))
+    settings = make_scenario({}, llm_overrides(llm, model, None, None)).llm
     endpoint = find_endpoint(settings, os.environ)
     print(f"provider    {endpoint.provider}")
     print(f"model       {endpoint.model}")
@@ -49,34 +52,23 @@ def ask_once(llm: str | None, model: str | None) -> int:
         print(f"address     {endpoint.base_url}")
     if endpoint.provider != "embedded":
         print(f"key         {'set' if endpoint.key else 'not set'}")
-    answerer, _ = make_model(settings, os.environ)
+    dispatcher = connect(settings)
     try:
-        reply = answerer.complete(
-            Request(
-                (
-                    Message(
-                        "user",
-                        "A is a wall, B is open ground. Where should a robot explore? Answer with "
-                        'JSON: {"choice": "<A or B>", "reason": "<why, in a few words>"}',
-                    ),
-                ),
-                _SCHEMA,
-                max_tokens=120,
-            )
-        )
+        question = Request((Message("user", _QUESTION),), _SCHEMA, max_tokens=120)
+        reply = dispatcher(0, [(0, question)])[0]
     finally:
-        close = getattr(answerer, "close", None)
-        if close is not None:
-            close()
+        dispatcher.close()
+    note = f": {reply.note}" if reply.note else ""
     if reply.failure:
-        note = f": {reply.note}" if reply.note else ""
-        print(f"error: no answer after {reply.tries} tries: {reply.failure}{note}", file=sys.stderr)
+        times = f"{reply.tries} {'try' if reply.tries == 1 else 'tries'}"
+        print(f"error: no answer after {times}: {reply.failure}{note}", file=sys.stderr)
         return 2
-    print(f"answered    {reply.model}, {reply.seconds:.2f} s, sent {reply.tries} times")
+    times = "once" if reply.tries == 1 else f"{reply.tries} times"
+    print(f"answered    {reply.model}, {reply.seconds:.2f} s, sent {times}")
     try:
         answer = read_answer(reply.text, reply.finish)
     except InvalidAnswer as invalid:
-        print(f"error: the answer cannot be used: {invalid.told}", file=sys.stderr)
+        print(f"error: the answer cannot be used: {invalid.problem}{note}", file=sys.stderr)
         return 2
     if answer.id not in ("A", "B"):
         print("error: the answer is valid JSON and chooses neither A nor B", file=sys.stderr)
@@ -87,4 +79,6 @@ def ask_once(llm: str | None, model: str | None) -> int:
     print(f"tokens      {tokens}")
     cost = "no price known: see docs/llm.md" if reply.cost_usd is None else f"${reply.cost_usd:.6f}"
     print(f"cost        {cost}")
+    if reply.note:
+        print(f"note        {reply.note}")
     return 0

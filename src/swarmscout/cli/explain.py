@@ -22,16 +22,16 @@ def explain(
     leader: int | None = None,
     prompts: bool = True,
 ) -> int:
-    """Show a decision in full: who, why, what was asked and answered, and what came of it.
+    """Show a decision in full: its leader, cause, prompts, answers, verdicts and choice.
 
-    Without --step, list the decisions that there are.
+    Without --step, list all decisions.
 
     Args:
         run: a run's folder.
-        step: when it was taken.
-        team: the team that it was taken for.
-        leader: the robot that took it.
-        prompts: show prompts and answers as they were sent.
+        step: the step in which it was made.
+        team: the team that it was made for.
+        leader: the robot that made it.
+        prompts: show prompts and answers in full.
     """
     from swarmscout.core.errors import RunError
     from swarmscout.recording.run import Run
@@ -102,9 +102,9 @@ def _show(run: Run, row: dict[str, Any], prompts: bool) -> None:
         _attempt(run, attempt, prompts)
     details = json.loads(row["details"] or "{}")
     if details.get("warm_up"):
-        print("model     not asked: during the warm-up a rule decides")
+        print("model     not asked: during the warm-up, the fallback selector decides")
     if details.get("fallback"):
-        print(f"model     no valid answer ({details['fallback']}): the rule decided")
+        print(f"model     no valid answer ({details['fallback']}): the fallback selector decided")
     near = f"{row['frontier_neighbours']} frontier and {row['obstacle_neighbours']} obstacle"
     if row["cell"] is None:
         print("chosen    nothing")
@@ -112,9 +112,9 @@ def _show(run: Run, row: dict[str, Any], prompts: bool) -> None:
         print(f"chosen    {_place(run, row)}, {row['distance_m']:.1f} m away, {near} neighbours")
     if row["reason"]:
         print(f"reason    {row['reason']}")
-    told = {k: v for k, v in details.items() if k not in ("warm_up", "fallback")}
-    if told:
-        print("details   " + ", ".join(f"{key} {value}" for key, value in told.items()))
+    others = {k: v for k, v in details.items() if k not in ("warm_up", "fallback")}
+    if others:
+        print("details   " + ", ".join(f"{key} {value}" for key, value in others.items()))
 
 
 def _attempt(run: Run, attempt: dict[str, Any], prompts: bool) -> None:

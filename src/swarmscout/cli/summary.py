@@ -14,7 +14,7 @@ __all__ = ["summary_lines"]
 
 
 def summary_lines(run: Run) -> list[str]:
-    """What a finished mission came to; figures that its summary lacks are left out.
+    """The summary of a finished mission; figures that it lacks are left out.
 
     Args:
         run: a finished run.
@@ -69,7 +69,7 @@ def _stranded(figures: Mapping[str, Any], return_rule: str) -> str:
         who = f"{stranded} of {robots} robots"
     text = f"{who} ran out of charge"
     if stranded == robots:
-        text += ": nobody is left to explore"
+        text += ": none is left to explore"
     if return_rule == "threshold":
         return f"{text}; to return in time: --set battery.return_rule=distance"
     return f"{text}; a larger battery helps: --set battery.capacity_steps=…"
@@ -97,8 +97,8 @@ def _teams(figures: Mapping[str, Any]) -> str:
     parts = []
     if sizes:
         counted = {size: sizes.count(size) for size in sizes}
-        told = ", ".join(f"{n} of {size}" for size, n in counted.items())
-        parts.append(f"{len(sizes)} at the end ({told})")
+        groups = ", ".join(f"{n} × size {size}" for size, n in counted.items())
+        parts.append(f"{len(sizes)} at the end ({groups})")
     moves = _counts(figures, ("joins", "joins"), ("leaves", "leaves"))
     return "; ".join([*parts, moves] if moves else parts)
 

@@ -1,34 +1,66 @@
 """How every kernel of the package is compiled.
 
 Each kernel is cached on disk, has one signature (a test asserts it) and calls no kernel of another
-file: Numba's cache does not notice a change in a function that lives elsewhere. No ``fastmath`` and
-no ``parallel``: bits agree across processors and thread counts.
+file. Numba's own cache does not notice a change in another file; constants and inlined functions
+that kernels import come from the files in :data:`SHARED`, which this cache watches too. No
+``fastmath`` and no ``parallel``: bits agree across processors and thread counts.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from swarmscout.core.errors import SwarmscoutError
 
-__all__ = ["KernelCache", "inlined", "kernel", "kernels"]
+__all__ = ["SHARED", "KernelCache", "inlined", "kernel", "kernels"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 kernels: dict[str, Any] = {}
 """Every kernel that has been imported so far, by its qualified name."""
 
+SHARED = (
+    "core/enums.py",
+    "core/events.py",
+    "mapping/occupancy.py",
+    "planning/route_table.py",
+    "worlds/meshes/tiles.py",
+)
+"""Files of the package from which kernels of other files import constants and functions."""
+
+
+@cache
+def _shared_stamp() -> str:
+    """A digest of the files in SHARED."""
+    package = Path(__file__).parents[1]
+    return hashlib.sha256(b"".join((package / name).read_bytes() for name in SHARED)).hexdigest()
+
 
 class KernelCache(FunctionCache):  # type: ignore[misc]
-    """Numba's disk cache of one kernel, which recompiles what it cannot read.
+    """Numba's disk cache of one kernel, which also recompiles what it cannot read.
 
     Numba raises whatever its unpickling raises when a file was cut off or overwritten.
+
+    Args:
+        function: the kernel.
     """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        own_stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = IndexDataCacheFile(
+            cache_path=self._cache_path,
+            filename_base=self._impl.filename_base,
+            source_stamp=(own_stamp, _shared_stamp()),
+        )
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled code of a signature, or None when it must be compiled."""
@@ -76,5 +108,5 @@ def kernel(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """Compile a small function that kernels of the same file call; it is no kernel itself."""
+    """Compile a small function that kernels of the same file, or any if it is in SHARED, call."""
     return numba.njit(nogil=True, error_model="numpy")(function)  # type: ignore[no-any-return]

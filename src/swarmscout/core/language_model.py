@@ -1,7 +1,7 @@
-"""The one seam to language models: a request goes out, a reply comes back.
+"""The interface to language models: a request goes out, a reply comes back.
 
-Rules that ask a model know nothing but these records. Who answers (a provider over the network, a
-cassette, a test) is handed to the mission; ``swarmscout.llm`` has those that come with the package.
+Selectors that ask a model use these records alone. What answers (a provider over the network, a
+cassette, a test) is passed to the mission; ``swarmscout.llm`` has the package's own.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
-__all__ = ["FAILURES", "Attempt", "Message", "Model", "Reply", "Request"]
+__all__ = ["FAILURES", "FINISHES", "Attempt", "Message", "Model", "Reply", "Request"]
 
 FAILURES = (
     "timeout",
@@ -18,6 +18,7 @@ FAILURES = (
     "rate limit",
     "server error",
     "unauthorized",
+    "forbidden",
     "not found",
     "bad request",
     "too long",
@@ -25,7 +26,10 @@ FAILURES = (
     "paused",
     "budget used up",
 )
-"""Why a request has no answer; after the last two it was not even sent."""
+"""Why a request has no answer; with the last two it was not sent."""
+
+FINISHES = ("stop", "length", "refusal", "filter")
+"""How an answer ended: complete, cut off, refused by the model, stopped by the provider."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +38,7 @@ class Message:
 
     Attributes:
         role: ``system``, ``user`` or ``assistant``.
-        text: what is said.
+        text: its content.
     """
 
     role: str
@@ -43,14 +47,14 @@ class Message:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a model is asked.
+    """A question to a model.
 
     Attributes:
         messages: the chat so far.
-        schema: JSON schema of the answer, for models that can be held to one.
+        schema: JSON schema of the answer, for models that support one.
         attempt: 1 for the first question of a decision.
         max_tokens: longest answer.
-        budget_s: how long an answer may take, retries included; it changes no answer.
+        budget_s: time limit in seconds, retries included; it does not change the answer.
     """
 
     messages: tuple[Message, ...]
@@ -62,18 +66,18 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What came back.
+    """A model's reply.
 
     Attributes:
         text: the model's answer.
-        finish: ``stop``, ``length`` (cut off), ``refusal`` or ``filter``.
+        finish: one of :data:`FINISHES`.
         failure: why there is no answer, one of :data:`FAILURES`; empty when there is one.
-        note: more about a failure, in a few words.
-        model: which model answered.
-        tokens_in, tokens_out: as the server counted; None when it did not say.
-        tries: how often the request was sent.
-        seconds: how long it took, waiting included.
-        cost_usd: what it cost; None when no price is known.
+        note: details of a failure, or something to know about an answer, in one line.
+        model: the model that answered.
+        tokens_in, tokens_out: as counted by the server; None when it did not count.
+        tries: how many times the request was sent.
+        seconds: duration, waiting included.
+        cost_usd: its price; None when no price is known.
     """
 
     text: str = ""
@@ -90,12 +94,12 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """One question to a model and what became of it, for the record.
+    """One question to a model and its outcome, for the record.
 
     Attributes:
         number: 1 for the first of a decision.
-        request: what was asked.
-        reply: what came back.
+        request: the question.
+        reply: the reply.
         verdict: ``valid``, why the answer is invalid, or ``failed: …``.
         cell: the cell that a valid answer chose.
         reason: the model's own words.
@@ -121,6 +125,9 @@ class Attempt:
 class Model(Protocol):
     """Answers requests. It is called from several threads at once.
 
+    A model with a method ``close()`` is closed at the mission's end; requests that are still under
+    way should then end within a second.
+
     Example:
         >>> class Parrot:
         ...     def complete(self, request: Request) -> Reply:
@@ -130,5 +137,5 @@ class Model(Protocol):
     """
 
     def complete(self, request: Request) -> Reply:
-        """Answer a request; a model that cannot says so in :attr:`Reply.failure`."""
+        """Answer a request; a model that cannot answer says why in :attr:`Reply.failure`."""
         ...

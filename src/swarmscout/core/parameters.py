@@ -27,6 +27,7 @@ from pydantic.dataclasses import dataclass
 from swarmscout.core.errors import ScenarioError, SwarmscoutError, did_you_mean
 
 __all__ = [
+    "HIDDEN",
     "STRICT",
     "Amount",
     "Metres",
@@ -43,6 +44,9 @@ __all__ = [
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 """Configuration of plug-ins' dataclasses: no unknown names, no conversion of types."""
+
+HIDDEN = "hidden"
+"""Type of a validation error whose message must not show the value: it may hold a secret."""
 
 T = TypeVar("T")
 Amount = Annotated[float, Field(ge=0.0, le=1e6)]
@@ -96,6 +100,8 @@ def describe_invalid_keys(error: ValidationError, model: type[BaseModel]) -> str
         name = str(first["loc"][-1])
         return f"unknown key '{key}': {did_you_mean(name, section.model_fields)}{more}"
     message, given = _message(first["msg"]), first["input"]
+    if first["type"] == HIDDEN:
+        return f"key '{key}': {message}{more}"
     if first["type"] in ("model_type", "dict_type"):
         return f"key '{key}' = {reprlib.repr(given)}: it is a section, give its keys{more}"
     if isinstance(given, dict | BaseModel):

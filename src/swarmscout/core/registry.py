@@ -24,6 +24,7 @@ from pydantic import ValidationError
 
 from swarmscout.core.errors import SwarmscoutError, did_you_mean
 from swarmscout.core.parameters import check_arguments, describe_invalid_arguments
+from swarmscout.core.paths import expanded
 from swarmscout.core.tracebacks import describe_error
 
 __all__ = ["IN_MEMORY", "Registry", "rule_name"]
@@ -154,7 +155,7 @@ class Registry(Generic[R]):
         text, colon, _ = name.rpartition(":")
         if not (colon and text.endswith(".py")):
             return None
-        path = Path(text).expanduser()
+        path = expanded(text)
         candidates = [path] if base is None or path.is_absolute() else [base / path, path]
         found = next((candidate for candidate in candidates if candidate.is_file()), None)
         if found is None:

@@ -1,8 +1,8 @@
-"""Selectors that ask a language model: all leaders of a step at the same time.
+"""Selectors that ask a language model, for all leaders of a step at the same time.
 
-Such a selector is a conversation: it yields requests, is sent replies, and returns its choice. So
-it stays as pure as any rule: no network, no file, no clock. Whoever drives it may ask for many
-leaders at once and takes the answers in the order of robots.
+Such a selector is a generator: it yields requests, is sent replies, and returns its choice. It uses
+neither network nor files nor clock. Its driver may ask for many leaders at once and processes the
+answers in the order of robots.
 """
 
 from __future__ import annotations
@@ -21,32 +21,32 @@ Talk = Generator[Request, Reply, Choice]
 """Yields requests, is sent replies, returns a choice."""
 
 Ask = Callable[[int, Sequence[tuple[int, Request]]], list[Reply]]
-"""Asks in one step for several robots at the same time: (step, [(robot, request), …]) → replies."""
+"""Asks for several robots of one step at the same time: (step, [(robot, request), …]) → replies."""
 
 
 @runtime_checkable
 class AskingSelector(Selector, Protocol):
-    """A selector that asks a model; without one, :meth:`choose` decides as if none answered."""
+    """A selector that asks a model; without one, :meth:`choose` decides."""
 
     prompt_tokens: int
-    """About how long its prompts may get."""
+    """Longest prompt, in estimated tokens."""
 
     def converse(self, view: LeaderView, memory: Any) -> Talk:
         """Begin a conversation about a leader's next destination.
 
         Args:
             view: what the leader knows.
-            memory: what the last :class:`Choice` of this robot carried, at first None.
+            memory: that of this robot's last :class:`Choice`; None at first.
         """
         ...
 
 
 def settle(talks: Sequence[tuple[int, Talk]], ask: Ask, step: int) -> list[Choice]:
-    """Drive conversations to their ends, in rounds: everybody's question, then everybody's answer.
+    """Drive conversations to their ends, in rounds: all questions, then all answers.
 
     Args:
-        talks: a robot and its conversation each, in robot order.
-        ask: who answers.
+        talks: robots with their conversations, in the order of robots.
+        ask: answers a round of questions.
         step: the current step.
 
     Returns:
@@ -73,7 +73,7 @@ def settle(talks: Sequence[tuple[int, Talk]], ask: Ask, step: int) -> list[Choic
 
 
 class TalkCounts:
-    """Counts what conversations came to."""
+    """Counts of conversations and their results."""
 
     def __init__(self) -> None:
         self._decisions = self._asked = self._attempts = self._retries = 0
@@ -94,7 +94,7 @@ class TalkCounts:
             self._fallbacks[str(fallback)] += 1
 
     def figures(self) -> dict[str, Any]:
-        """Plain figures for the summary."""
+        """The counts, for the summary."""
         return {
             "decisions": self._decisions,
             "asked": self._asked,

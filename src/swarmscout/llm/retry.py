@@ -1,7 +1,8 @@
-"""Trying again: with backoff, as long as the server asks, and within a decision's time."""
+"""Retries: with backoff, as the server asks, and within a decision's time."""
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,14 +10,15 @@ from hashlib import blake2b
 from typing import Protocol
 
 from swarmscout.core.language_model import Reply, Request
+from swarmscout.core.tokens import estimate_tokens
 from swarmscout.llm.failures import FINAL, TryFailed
 from swarmscout.llm.prices import Prices
 
-__all__ = ["Patient", "Sender"]
+__all__ = ["RetryingModel", "Sender"]
 
 
 BACKOFF_S = 0.5
-"""The first wait, up to twice as long; each further one is twice as long."""
+"""The first wait, times 1 to 2; each further one is twice as long."""
 
 
 class Sender(Protocol):
@@ -30,17 +32,22 @@ class Sender(Protocol):
         """
         ...
 
+    def close(self) -> None:
+        """Cancel all requests under way."""
+        ...
 
-class Patient:
-    """A model that does not give up at once; see :class:`swarmscout.core.language_model.Model`.
+
+class RetryingModel:
+    """A model that sends a failed request again; see ``core.language_model.Model``.
 
     Args:
         sender: sends once.
         model: its name, for the record.
-        prices: what tokens cost.
-        tries: how often a request is sent at most.
-        call_s: how long one try may take.
-        clock, sleep: for tests.
+        prices: of tokens.
+        tries: maximum attempts per request.
+        call_s: time limit of one attempt, in seconds.
+        clock: the time, in seconds.
+        sleep: waits for a number of seconds; None: until :meth:`close` at the latest.
     """
 
     def __init__(
@@ -52,7 +59,7 @@ class Patient:
         tries: int = 4,
         call_s: float = 30.0,
         clock: Callable[[], float] = time.monotonic,
-        sleep: Callable[[float], None] = time.sleep,
+        sleep: Callable[[float], object] | None = None,
     ) -> None:
         self._sender = sender
         self._model = model
@@ -60,12 +67,13 @@ class Patient:
         self._tries = tries
         self._call_s = call_s
         self._clock = clock
-        self._sleep = sleep
+        self._closed = threading.Event()
+        self._sleep = sleep or self._closed.wait
 
     def close(self) -> None:
-        """End what is under way."""
-        if hasattr(self._sender, "close"):
-            self._sender.close()
+        """End all waiting and cancel all requests under way."""
+        self._closed.set()
+        self._sender.close()
 
     def complete(self, request: Request) -> Reply:
         """Answer a request, or say why there is no answer."""
@@ -74,7 +82,7 @@ class Patient:
         made = 0
         for number in range(self._tries):
             left = request.budget_s - (self._clock() - began)
-            if left <= 0.0:
+            if left <= 0.0 or self._closed.is_set():
                 break
             made = number + 1
             try:
@@ -82,12 +90,9 @@ class Patient:
             except TryFailed as error:
                 failed = error
             else:
-                cost = self._prices.cost_usd(
-                    (reply.model, self._model), reply.tokens_in, reply.tokens_out
-                )
-                return replace(
-                    reply, tries=made, seconds=_rounded(self._clock() - began), cost_usd=cost
-                )
+                seconds = round(self._clock() - began, 4)
+                cost_usd = self._cost_usd(request, reply)
+                return replace(reply, tries=made, seconds=seconds, cost_usd=cost_usd)
             if failed.kind in FINAL or made == self._tries:
                 break
             wait = failed.retry_after_s
@@ -101,15 +106,20 @@ class Patient:
             note=failed.note,
             model=self._model,
             tries=made,
-            seconds=_rounded(self._clock() - began),
+            seconds=round(self._clock() - began, 4),
         )
+
+    def _cost_usd(self, request: Request, reply: Reply) -> float | None:
+        """The price of a reply; tokens that the server did not count are estimated."""
+        read, written = reply.tokens_in, reply.tokens_out
+        if read is None:
+            read = sum(estimate_tokens(message.text) for message in request.messages)
+        if written is None:
+            written = estimate_tokens(reply.text)
+        return self._prices.cost_usd((reply.model, self._model), read, written)
 
 
 def _spread(request: Request) -> float:
-    """In [0, 1), so that those who failed together do not come back together."""
+    """In [0, 1), so that requests that failed together are not sent again together."""
     text = request.messages[-1].text if request.messages else ""
-    return blake2b(text.encode(), digest_size=1).digest()[0] / 256.0
-
-
-def _rounded(seconds: float) -> float:
-    return round(seconds, 4)
+    return blake2b(text.encode(errors="replace"), digest_size=1).digest()[0] / 256.0

@@ -1,23 +1,29 @@
-"""Which model answers, and how it is reached: scenario keys and the providers' own environment.
+"""Which model is asked and how: the scenario's section ``llm``, and the providers' environment.
 
-Keys come from the environment alone. They are kept in :class:`Secret`, which shows them to nobody.
+Keys come from the environment alone and are kept in a :class:`Secret`.
 """
 
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 from urllib.parse import urlsplit
 
+from pydantic import Field, field_validator
+from pydantic_core import PydanticCustomError
+
 from swarmscout.core.errors import ModelError
+from swarmscout.core.parameters import HIDDEN, Parameters
 
 __all__ = [
     "EMBEDDED_MODEL",
     "EMBEDDED_PROMPT_TOKENS",
     "Endpoint",
-    "ModelSettings",
+    "LlmSettings",
     "Secret",
     "find_endpoint",
 ]
@@ -32,14 +38,83 @@ HOW = (
     "AZURE_OPENAI_DEPLOYMENT; or --llm URL --llm-model NAME for a compatible server; "
     "or try --llm embedded: a small local model that needs no key"
 )
-"""What can be set when nothing is."""
+"""The ways to configure a model, for the error when there is none."""
+
+_MOST = 1_000_000_000
+_DAY_S = 86_400.0
+
+
+class LlmSettings(Parameters):
+    """The language model used by LLM-based selectors (paper, "LLM-based …"; docs/llm.md).
+
+    API keys are read from the environment and are not part of a scenario.
+    """
+
+    provider: Literal["auto", "openai", "azure", "server", "embedded"] = Field(
+        "auto", description="where the model runs; 'auto': taken from environment variables"
+    )
+    model: str = Field("", max_length=500, description="the model's name, or Azure's deployment")
+    base_url: str = Field(
+        "", max_length=2000, description="address of a compatible server, or Azure's endpoint"
+    )
+    api_version: str = Field("", max_length=100, description="Azure's API version")
+    temperature: float = Field(
+        0.0, ge=0.0, le=2.0, description="sampling temperature; left out if the server refuses it"
+    )
+    effort: Literal["", "none", "minimal", "low", "medium", "high", "xhigh"] = Field(
+        "", description="how long a reasoning model thinks; '': the model's default"
+    )
+    answer_tokens: int | None = Field(
+        None, ge=10, le=1_000_000, description="longest answer, instead of the selector's"
+    )
+    structured: Literal["auto", "schema", "off"] = Field(
+        "auto", description="answers by JSON schema: until refused, always, or never"
+    )
+    concurrency: int = Field(8, ge=1, le=256, description="maximum concurrent requests")
+    decision_s: float = Field(
+        60.0, gt=0.0, le=_DAY_S, description="time limit of a decision, retries included"
+    )
+    call_s: float = Field(30.0, gt=0.0, le=_DAY_S, description="time limit of one request")
+    tries: int = Field(4, ge=1, le=20, description="maximum attempts per request")
+    breaker_failures: int = Field(
+        5, ge=1, le=_MOST, description="after this many failures in a row …"
+    )
+    breaker_steps: int = Field(
+        20, ge=0, le=_MOST, description="… no requests are sent for this many steps"
+    )
+    max_calls: int | None = Field(
+        None, ge=0, le=_MOST, description="requests per mission; then the rule decides"
+    )
+    max_tokens: int | None = Field(
+        None, ge=0, le=1_000_000_000_000, description="tokens per mission, read and written"
+    )
+    max_cost_usd: float | None = Field(None, ge=0.0, le=1e9, description="US dollars per mission")
+    prices: str = Field("", description="a price table that replaces the package's")
+    cassette: str = Field("", description="a file that stores requests and replies")
+    mode: Literal["auto", "record", "replay", "refresh"] = Field(
+        "auto", description="how the cassette is used"
+    )
+    embedded_model: str = Field("", description="a GGUF file that replaces the installed model")
+    threads: int = Field(1, ge=1, le=256, description="threads of the embedded model")
+    latency_steps: int = Field(
+        0, ge=0, le=_MOST, description="an answer takes effect this many steps later"
+    )
+
+    @field_validator("base_url")
+    @classmethod
+    def _keeps_no_secret(cls, url: str) -> str:
+        """Addresses are kept in run folders, so one with a secret in it is refused, unseen."""
+        problem = _problem_of(url)
+        if problem:
+            raise PydanticCustomError(HIDDEN, problem.replace("{", "(").replace("}", ")"))
+        return url
 
 
 class Secret:
-    """A key that appears in no text.
+    """A key that no ``repr``, record or pickle shows.
 
     Args:
-        value: the key; it can be had back as ``reveal()`` and in no other way.
+        value: the key; only :meth:`reveal` returns it.
     """
 
     __slots__ = ("_value",)
@@ -60,37 +135,26 @@ class Secret:
         """The key."""
         return self._value
 
+    def hidden_in(self, text: str) -> str:
+        """An answer without the key.
+
+        Placeholders such as ``ollama`` or ``none`` are words that answers may contain, so a key
+        shorter than 16 characters or without a digit stays.
+        """
+        if len(self._value) >= 16 and any(sign.isdigit() for sign in self._value):
+            return text.replace(self._value, "***")
+        return text
+
     def scrubbed(self, text: str) -> str:
-        """A text without the key, whole or abridged as servers quote it in their errors."""
-        if len(self._value) >= 4:
+        """An error message without the key, whole or abridged as servers quote it.
+
+        Short placeholders stay, since messages about a server may contain its name.
+        """
+        least = 8 if any(sign.isdigit() for sign in self._value) else 12
+        if len(self._value) >= least:
             text = text.replace(self._value, "***")
-        return re.sub(r"\b(sk|key|api)-[\w*.-]{6,}", "***", text)
-
-
-@dataclass(frozen=True, slots=True)
-class ModelSettings:
-    """What a scenario says about the model; the section ``llm`` of a scenario explains each."""
-
-    provider: str = "auto"
-    model: str = ""
-    base_url: str = ""
-    api_version: str = ""
-    temperature: float = 0.0
-    structured: str = "auto"
-    concurrency: int = 8
-    decision_s: float = 60.0
-    call_s: float = 30.0
-    tries: int = 4
-    breaker_failures: int = 5
-    breaker_steps: int = 20
-    max_calls: int | None = None
-    max_tokens: int | None = None
-    max_cost_usd: float | None = None
-    prices: str = ""
-    cassette: str = ""
-    mode: str = "auto"
-    embedded_model: str = ""
-    threads: int = 1
+        text = re.sub(r"\b(bearer|basic)\s+[^\s'\",]+", r"\1 ***", text, flags=re.IGNORECASE)
+        return re.sub(r"\b(sk|key|api)-(?=[\w.-]{0,80}[\d*])[\w*.-]{6,}", "***", text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +166,7 @@ class Endpoint:
         model: its name, or the deployment's.
         base_url: of the server; empty for OpenAI's own and the embedded one.
         api_version: Azure's.
-        key: shown to nobody.
+        key: sent to the server and shown nowhere.
     """
 
     provider: str
@@ -112,8 +176,8 @@ class Endpoint:
     key: Secret = field(default=Secret(""), compare=False)
 
 
-def find_endpoint(settings: ModelSettings, environ: Mapping[str, str]) -> Endpoint:
-    """Put together where the model is.
+def find_endpoint(settings: LlmSettings, environ: Mapping[str, str]) -> Endpoint:
+    """Find the model that settings and environment name.
 
     Args:
         settings: the scenario's.
@@ -121,7 +185,7 @@ def find_endpoint(settings: ModelSettings, environ: Mapping[str, str]) -> Endpoi
             ``AZURE_OPENAI_API_KEY``, ``AZURE_OPENAI_DEPLOYMENT`` and ``OPENAI_API_VERSION``.
 
     Raises:
-        ModelError: something is missing; the message says what to set.
+        ModelError: something is missing or malformed; the message says what to set.
     """
     provider = settings.provider
     if provider == "auto":
@@ -131,22 +195,24 @@ def find_endpoint(settings: ModelSettings, environ: Mapping[str, str]) -> Endpoi
         return Endpoint("embedded", settings.model or own)
     if provider == "azure":
         return _azure(settings, environ)
-    url = settings.base_url or environ.get("OPENAI_BASE_URL", "")
-    key = Secret(environ.get("OPENAI_API_KEY", ""))
+    url = settings.base_url or _address(environ, "OPENAI_BASE_URL")
+    key = _key(environ, "OPENAI_API_KEY")
     if provider == "openai":
         if not key:
             raise ModelError("provider 'openai' needs a key: set OPENAI_API_KEY")
-        return Endpoint("openai", settings.model or "gpt-4o", _checked(url), "", key)
+        return Endpoint("openai", settings.model or "gpt-4o", url, "", key)
     if not url:
         raise ModelError(
             "provider 'server' needs an address: set llm.base_url, --llm URL or OPENAI_BASE_URL"
         )
     if not settings.model:
-        raise ModelError(f"which model of {_checked(url)}? set llm.model (or --llm-model NAME)")
-    return Endpoint("server", settings.model, _checked(url), "", key)
+        raise ModelError(f"which model of {url}? set llm.model (or --llm-model NAME)")
+    return Endpoint("server", settings.model, url, "", key)
 
 
-def _guess(settings: ModelSettings, environ: Mapping[str, str]) -> str:
+def _guess(
+    settings: LlmSettings, environ: Mapping[str, str]
+) -> Literal["openai", "azure", "server"]:
     if settings.base_url:
         return "server"
     if environ.get("AZURE_OPENAI_ENDPOINT"):
@@ -158,37 +224,64 @@ def _guess(settings: ModelSettings, environ: Mapping[str, str]) -> str:
     raise ModelError(f"no language model is configured: {HOW}")
 
 
-def _azure(settings: ModelSettings, environ: Mapping[str, str]) -> Endpoint:
+def _azure(settings: LlmSettings, environ: Mapping[str, str]) -> Endpoint:
+    key = _key(environ, "AZURE_OPENAI_API_KEY")
     found = {
-        "AZURE_OPENAI_ENDPOINT": settings.base_url or environ.get("AZURE_OPENAI_ENDPOINT", ""),
-        "AZURE_OPENAI_API_KEY": environ.get("AZURE_OPENAI_API_KEY", ""),
+        "AZURE_OPENAI_ENDPOINT": settings.base_url or _address(environ, "AZURE_OPENAI_ENDPOINT"),
+        "AZURE_OPENAI_API_KEY": key.reveal(),
         "OPENAI_API_VERSION (or llm.api_version)": settings.api_version
-        or environ.get("OPENAI_API_VERSION", ""),
+        or environ.get("OPENAI_API_VERSION", "").strip(),
         "AZURE_OPENAI_DEPLOYMENT (or llm.model)": settings.model
-        or environ.get("AZURE_OPENAI_DEPLOYMENT", ""),
+        or environ.get("AZURE_OPENAI_DEPLOYMENT", "").strip(),
     }
     missing = [name for name, value in found.items() if not value]
     if missing:
         raise ModelError(f"provider 'azure' lacks {', '.join(missing)}")
-    url, key, version, deployment = found.values()
-    return Endpoint("azure", deployment, _checked(url), version, Secret(key))
+    url, _, version, deployment = found.values()
+    return Endpoint("azure", deployment, url, version, key)
 
 
-def _checked(url: str) -> str:
-    """A base URL without secrets in it: it is shown and kept."""
+def _key(environ: Mapping[str, str], name: str) -> Secret:
+    """A key from the environment, without the blanks and line ends of a careless copy.
+
+    Raises:
+        ModelError: it holds a character that no HTTP header can carry.
+    """
+    value = environ.get(name, "").strip()
+    for place, sign in enumerate(value, start=1):
+        if not "!" <= sign <= "~":
+            what = unicodedata.name(sign, f"U+{ord(sign):04X}")
+            raise ModelError(
+                f"{name} cannot be a key: character {place} is {what}, and keys are printable "
+                "ASCII without blanks; copy the key again"
+            )
+    return Secret(value)
+
+
+def _address(environ: Mapping[str, str], name: str) -> str:
+    url = environ.get(name, "").strip()
+    problem = _problem_of(url)
+    if problem:
+        raise ModelError(f"{name}: {problem}")
+    return url
+
+
+def _problem_of(url: str) -> str:
+    """What is wrong with a base URL, without quoting it; empty if it can be used."""
     if not url:
         return ""
     try:
         parts = urlsplit(url)
         bad = parts.scheme not in ("http", "https") or not parts.hostname
-        parts.port  # noqa: B018 (raises for what is no port)
+        parts.port  # noqa: B018 (raises for an impossible port)
     except ValueError:
-        bad = True
-    if bad:
-        raise ModelError("the model's address is no http(s) URL: write http://127.0.0.1:11434/v1")
-    if parts.username or parts.password or parts.query:
-        raise ModelError(
-            "the model's address holds a user, a password or a query: addresses are kept in runs; "
-            "put the key into OPENAI_API_KEY"
+        return "not an http(s) address: write http://127.0.0.1:11434/v1"
+    # What belongs to a secret counts first: "user:password@host" has no scheme.
+    if "@" in url or "?" in url or "#" in url:
+        return (
+            "the address holds a user, a password, a query or a fragment, and addresses are kept "
+            "in run folders: leave it out and put the key into OPENAI_API_KEY"
         )
-    return url
+    if bad or not url.isprintable() or " " in url:
+        return "not an http(s) address: write http://127.0.0.1:11434/v1"
+    return ""

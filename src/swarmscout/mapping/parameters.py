@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from math import log
 from typing import Literal
 
 from pydantic import Field, model_validator
@@ -10,6 +11,8 @@ from pydantic import Field, model_validator
 from swarmscout.core.parameters import Parameters, Probability
 
 __all__ = ["MapParameters"]
+
+_MOST_OBSERVATIONS = 100
 
 
 class MapParameters(Parameters):
@@ -52,4 +55,14 @@ class MapParameters(Parameters):
                 f"p_free = {self.p_free:g} must be below 0.5 and "
                 f"p_occupied = {self.p_occupied:g} above it"
             )
+        for name, observed, wanted in (
+            ("p_free", self.p_free, self.free_below),
+            ("p_occupied", self.p_occupied, self.occupied_above),
+        ):
+            count = log(wanted / (1 - wanted)) / log(observed / (1 - observed))
+            if count > _MOST_OBSERVATIONS:
+                raise ValueError(
+                    f"{name} = {observed:g} says next to nothing: a cell would need {count:,.0f} "
+                    f"observations until its state is known (at most {_MOST_OBSERVATIONS})"
+                )
         return self

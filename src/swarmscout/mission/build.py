@@ -22,7 +22,7 @@ from swarmscout.destinations.grid_kernels import CELL_BITS
 from swarmscout.destinations.registry import SELECTORS
 from swarmscout.destinations.selection import Destinations, Setting
 from swarmscout.destinations.selector import Selector
-from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS, ModelSettings
+from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS
 from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
@@ -51,7 +51,7 @@ from swarmscout.worlds.placement import place_robots
 from swarmscout.worlds.world import World
 
 if TYPE_CHECKING:
-    from swarmscout.llm.dispatcher import Asker
+    from swarmscout.llm.dispatcher import Dispatcher
 
 __all__ = [
     "complete",
@@ -384,19 +384,18 @@ def make_desired_sizes(
     return DesiredSizes(policy or POLICIES.make(name, scenario.policy, base), rule_name(name), size)
 
 
-def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> Asker | None:
-    """Whoever answers the selector's questions; None for a selector that asks nobody.
+def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> Dispatcher | None:
+    """The connection to the selector's language model; None for a selector without one.
 
     Raises:
         ModelError: no model is configured; the message says what to set.
     """
     if not isinstance(selector, AskingSelector):
         return None
-    # Most missions ask nobody, and what talks to networks takes a while to import.
+    # Most missions ask no model, and the network code is slow to import.
     from swarmscout.llm.connect import connect
 
-    keys = scenario.llm.model_dump(exclude={"latency_steps"})
-    return connect(ModelSettings(**keys), model=model)
+    return connect(scenario.llm, model=model)
 
 
 def _fitting(selector: Selector, scenario: Scenario) -> Selector:

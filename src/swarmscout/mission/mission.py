@@ -187,17 +187,8 @@ class Mission:
         planner.steer(minds, knowledge, bodies.contact, self.action)
         self.motion.carry_out(self.action, bodies, step)
 
-        self._hand_check.after(bodies, minds)
-        self.judge.judge_robots(bodies, minds, self.action, events)
-        changes = self.judge.judge_map(self.log, since, self.swarm)
-        self.end_reason = self._why_over()
-        if self._recorder is not None:
-            seconds = {"step": perf_counter() - started, "decide": self.destinations.seconds}
-            record = self._record(changes, seconds)
-            if self.own_maps:
-                record.evidence = self.log.entries_from(since)
-                record.links = knowledge.effective(links, minds)
-            self._recorder.record(record)
+        # Against the truth, which minds never see.
+        self._judge(links, since, started)
 
     def run(self, on_step: Callable[[Mission], None] | None = None) -> dict[str, Any]:
         """Run what is left of the mission.
@@ -306,6 +297,21 @@ class Mission:
             minds.own[f"{capability}s"] = bodies.can[capability]
         below = battery.charge_below if battery.enabled else -1.0
         choose_modes(minds.own, self.stations_m, below, *self._return_reserve, self.events.rows)
+
+    def _judge(self, links: Links, since: NDArray[np.int64], started: float) -> None:
+        """Count what the step achieved, and hand it to the recorder."""
+        bodies, minds = self.bodies, self.minds
+        self._hand_check.after(bodies, minds)
+        self.judge.judge_robots(bodies, minds, self.action, self.events)
+        changes = self.judge.judge_map(self.log, since, self.swarm)
+        self.end_reason = self._why_over()
+        if self._recorder is not None:
+            seconds = {"step": perf_counter() - started, "decide": self.destinations.seconds}
+            record = self._record(changes, seconds)
+            if self.own_maps:
+                record.evidence = self.log.entries_from(since)
+                record.links = self.knowledge.effective(links, minds)
+            self._recorder.record(record)
 
     def _why_over(self) -> str | None:
         if self.judge.mobile == 0:

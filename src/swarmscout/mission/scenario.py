@@ -13,6 +13,7 @@ from pydantic import Field
 
 from swarmscout.core.parameters import Parameters
 from swarmscout.destinations.parameters import DispersalParameters, RenewalParameters
+from swarmscout.llm.settings import LlmSettings
 from swarmscout.mapping.parameters import MapParameters
 from swarmscout.planning.parameters import RouteParameters
 from swarmscout.robots.parameters import BatteryParameters, BodyParameters
@@ -20,44 +21,7 @@ from swarmscout.robots.radio.parameters import RadioParameters
 from swarmscout.robots.sensors.parameters import FanParameters, SensorParameters
 from swarmscout.teams.parameters import TeamParameters
 
-__all__ = ["LlmScenario", "Scenario", "TeamSection"]
-
-
-class LlmScenario(Parameters):
-    """The language model that selectors ask which ask one (paper, "LLM-based …"; docs/llm.md).
-
-    Keys of providers come from the environment and stand in no scenario.
-    """
-
-    provider: Literal["auto", "openai", "azure", "server", "embedded"] = Field(
-        "auto", description="who answers; 'auto': whoever the environment names"
-    )
-    model: str = Field("", description="the model's name, or Azure's deployment")
-    base_url: str = Field("", description="address of a compatible server, of Azure's endpoint")
-    api_version: str = Field("", description="Azure's API version")
-    temperature: float = Field(0.0, ge=0.0, le=2.0, description="where the model takes one")
-    structured: Literal["auto", "schema", "off"] = Field(
-        "auto", description="answers by JSON schema: until refused, always, or never"
-    )
-    concurrency: int = Field(8, ge=1, le=256, description="requests under way at once")
-    decision_s: float = Field(60.0, gt=0.0, description="a decision's time, retries included")
-    call_s: float = Field(30.0, gt=0.0, description="one request's time")
-    tries: int = Field(4, ge=1, le=20, description="a failing request is sent so often at most")
-    breaker_failures: int = Field(5, ge=1, description="after so many failures in a row …")
-    breaker_steps: int = Field(20, ge=0, description="… nobody is asked for so many steps")
-    max_calls: int | None = Field(None, ge=0, description="of a mission; then the rule decides")
-    max_tokens: int | None = Field(None, ge=0, description="read and written in a mission")
-    max_cost_usd: float | None = Field(None, ge=0.0, description="of a mission")
-    prices: str = Field("", description="a price table, instead of the package's")
-    cassette: str = Field("", description="a file that keeps requests and replies")
-    mode: Literal["auto", "record", "replay", "refresh"] = Field(
-        "auto", description="what the cassette is for"
-    )
-    embedded_model: str = Field("", description="a GGUF file, instead of the installed model")
-    threads: int = Field(1, ge=1, le=256, description="of the embedded model")
-    latency_steps: int = Field(
-        0, ge=0, description="an answer arrives so many steps later; until then the rule decides"
-    )
+__all__ = ["Scenario", "TeamSection"]
 
 
 class TeamSection(DispersalParameters, TeamParameters):
@@ -91,4 +55,4 @@ class Scenario(Parameters):
     teams: TeamSection = TeamSection()
     renewal: RenewalParameters = RenewalParameters()
     radio: RadioParameters = RadioParameters()
-    llm: LlmScenario = LlmScenario()
+    llm: LlmSettings = LlmSettings()

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ValidationError
 
 from swarmscout.core.errors import ScenarioError, did_you_mean
 from swarmscout.core.parameters import describe_invalid_keys, key_of
+from swarmscout.core.paths import expanded
 from swarmscout.mission.scenario import Scenario
 
 __all__ = ["load_scenario", "make_scenario", "named_scenarios", "parse_toml", "scenario_toml"]
@@ -136,7 +137,7 @@ def _read(what: str | Path) -> tuple[str, Path | None, str]:
             f"a scenario is given by its name, a TOML file or a run's folder, not by a "
             f"{type(what).__name__}"
         )
-    path = Path(what)
+    path = expanded(what)
     if _is_there(path) and path.is_dir():
         path = path / "scenario.toml"
     if not _is_there(path):

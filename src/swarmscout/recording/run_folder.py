@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 from swarmscout.core.errors import RunError
+from swarmscout.core.paths import expanded
 from swarmscout.mission.scenario import Scenario
 
 __all__ = [
@@ -48,7 +49,7 @@ def as_path(folder: object) -> Path:
     if not isinstance(folder, str | Path) or not str(folder):
         shown = "''" if folder == "" else f"a {type(folder).__name__}"
         raise RunError(f"a run's folder is given by its path, not by {shown}")
-    return Path(folder).expanduser()
+    return expanded(folder)
 
 
 def claim_folder(path: Path) -> Path:

@@ -19,6 +19,7 @@ from types import ModuleType
 from typing import Any, Protocol
 
 from swarmscout.core.errors import StudyError
+from swarmscout.core.extras import install_command
 
 __all__ = ["DaskEngine", "Engine", "LocalEngine"]
 
@@ -141,7 +142,7 @@ class DaskEngine:
             from distributed import Client
         except ImportError:
             raise StudyError(
-                "--engine dask needs dask.distributed: pip install 'swarmscout[cluster]'"
+                f"--engine dask needs dask.distributed: {install_command('cluster')}"
             ) from None
         self._width = 1
         self._width_known_at = float("-inf")

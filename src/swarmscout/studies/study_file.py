@@ -240,7 +240,7 @@ def absolute(value: Any, folder: Path) -> Any:
 
 
 def _axis(name: str, values: list[Any]) -> Axis:
-    known = {key for key, _, _ in scenario_keys()}
+    known = {key.key for key in scenario_keys()}
     if name.startswith(_PARAMETERS):
         known.add(name)  # The selector or policy checks its own parameters.
     if not values:

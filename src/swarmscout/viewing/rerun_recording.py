@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, ViewError
+from swarmscout.core.extras import install_command
 from swarmscout.viewing.map_image import map_image
 from swarmscout.viewing.palette import DARK, rgb
 from swarmscout.viewing.relief import Relief, relief_of
@@ -48,7 +49,7 @@ def check_rrd(file: str | Path) -> Path:
     try:
         import rerun  # noqa: F401
     except ImportError:
-        raise ViewError("Rerun is not installed: pip install 'swarmscout[rerun]'") from None
+        raise ViewError(f"Rerun is not installed: {install_command('rerun')}") from None
     if not path.parent.is_dir():
         raise RunError(f"cannot write '{path}': folder '{path.parent}' does not exist")
     return path

@@ -14,6 +14,7 @@ from typing import IO, TYPE_CHECKING, Any
 from PIL import Image
 
 from swarmscout.core.errors import RunError, ViewError
+from swarmscout.core.extras import install_command
 from swarmscout.viewing.film import Film
 from swarmscout.viewing.palette import DARK, rgb
 from swarmscout.viewing.replay import Replay
@@ -112,8 +113,8 @@ def ffmpeg_program() -> str:
         return str(get_ffmpeg_exe())
     except (ImportError, RuntimeError):
         raise ViewError(
-            "ffmpeg is missing, which .mp4 needs: install it, or pip install 'swarmscout[video]'; "
-            ".webp and .gif do without"
+            f"no ffmpeg for .mp4: install it, or {install_command('video')}; "
+            ".webp and .gif need none"
         ) from None
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from swarmscout.core.errors import WorldError, did_you_mean
+from swarmscout.core.paths import expanded
 from swarmscout.worlds.arrays import load_array, with_places
 from swarmscout.worlds.folder import WORLD_FILE, load_folder
 from swarmscout.worlds.images import IMAGE_SUFFIXES, load_image
@@ -150,8 +150,8 @@ def _from_reader(
 
 
 def _find(what: str | Path, base: Path | None) -> Path:
-    """The file or folder of that name."""
-    given = Path(os.path.expandvars(what)).expanduser()
+    """The file or folder that is meant."""
+    given = expanded(what)
     tried = [given] if base is None or given.is_absolute() else [base / given, given]
     for path in tried:
         if _exists(path):

@@ -1,1 +1,1 @@
-"""Destinations chosen by a language model: what it is told, and what counts as its answer."""
+"""Destinations chosen by a language model: its prompts, and the reading of its answers."""

@@ -16,22 +16,22 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["NOT_SENT", "Outcome", "converse", "question", "schema_of"]
 
 NOT_SENT = ("paused", "budget used up")
-"""Failures of requests that nobody was asked."""
+"""Failures of requests that were not sent."""
 
-# Providers limit enumerations: so many values, and so many characters above 250 values.
+# Providers limit the number of values in an enumeration, and their characters above 250 values.
 _MOST_VALUES, _MANY_VALUES, _MOST_CHARACTERS = 1000, 250, 15_000
 _MOST_WORDS = 2000
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a conversation came to.
+    """The result of a conversation.
 
     Attributes:
         cell: the frontier that the model chose, or None.
         reason: its words.
-        attempts: every question that was sent, and its answer.
-        fallback: without a cell: why somebody else has to decide.
+        attempts: every question that was sent, with its answer.
+        fallback: without a cell: why the rule has to decide.
     """
 
     cell: tuple[int, int] | None
@@ -44,7 +44,7 @@ def schema_of(encoded: Encoded, *, brief: bool) -> dict[str, Any]:
     """JSON schema of an answer: an enumeration of the candidates where it is not too long.
 
     Args:
-        encoded: whose candidates.
+        encoded: the view with the candidates.
         brief: a choice and a short reason; else also the candidates considered, before the choice.
     """
     ids = [candidate.id for candidate in encoded.candidates]
@@ -88,16 +88,16 @@ def converse(
     attempts: int,
     max_tokens: int,
 ) -> Generator[Request, Reply, Outcome]:
-    """Ask until an answer is valid, at most so often.
+    """Ask until an answer is valid, or until all attempts are used.
 
     Args:
         view: what the leader knows.
-        encoded: what the model is shown.
-        prompt: has the words for asking again; none: the call is just repeated.
+        encoded: the view as the model sees it.
+        prompt: with the words for asking again; without them the call is repeated.
         messages: the question.
         encoding: its name, for the record.
         brief: see :func:`schema_of`.
-        attempts: ask at most so often; failures of the network are not answers and end it.
+        attempts: maximum number of questions; a failed request ends the conversation.
         max_tokens: longest answer.
     """
     schema = schema_of(encoded, brief=brief)
@@ -108,16 +108,16 @@ def converse(
         reply = yield request
         if reply.failure in NOT_SENT:
             return Outcome(None, "", tuple(made), reply.failure)
-        cell, reason, told = None, "", ""
+        cell, reason, problem = None, "", ""
         if reply.failure:
             verdict = f"failed: {reply.failure}"
         else:
             try:
                 answer = read_answer(reply.text, reply.finish)
-                cell, reason = cell_of_answer(answer, encoded, view), answer.reason[:_MOST_WORDS]
+                cell, reason = cell_of_answer(answer, encoded, view), answer.reason
                 verdict = "valid"
             except InvalidAnswer as invalid:
-                verdict, told = invalid.name, invalid.told
+                verdict, problem = invalid.name, invalid.problem
         made.append(
             Attempt(
                 number, request, reply, verdict, cell, reason, encoding, prompt.version,
@@ -130,7 +130,7 @@ def converse(
             return Outcome(None, "", tuple(made), reply.failure)
         if prompt.retry.strip():
             said = reply.text.strip()[:_MOST_WORDS] or "(nothing)"
-            again = prompt.filled("retry", problem=told)
+            again = prompt.filled("retry", problem=problem)
             chat = (*messages, Message("assistant", said), Message("user", again))
     return Outcome(None, "", tuple(made), "invalid answers")
 
@@ -142,7 +142,7 @@ def question(
 
     Args:
         view: what the leader knows.
-        encoded: it, written down.
+        encoded: the view, written down.
         prompt: the template.
         history: the team's last decisions, a line each.
     """

@@ -1,4 +1,4 @@
-"""The encodings by name: how a leader's view is written down for a model."""
+"""The encodings by name: ways to write a leader's view down for a model."""
 
 from __future__ import annotations
 

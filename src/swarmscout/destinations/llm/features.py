@@ -10,14 +10,14 @@ from swarmscout.destinations.view import LeaderView
 __all__ = ["FEATURES", "columns_of"]
 
 FEATURES = ("paper", "full")
-"""``paper``: what the paper's prompt holds. ``full``: also ways, turns, unknown area, others."""
+"""``paper``: those of the paper's prompt. ``full``: also ways, turns, unknown area, others."""
 
 
 def columns_of(view: LeaderView, features: str) -> dict[str, NDArray[np.float64]]:
     """Columns that describe each frontier of a view.
 
     Args:
-        view: whose frontiers, F of them.
+        view: a leader's view with F frontiers.
         features: one of :data:`FEATURES`.
 
     Returns:

@@ -1,4 +1,4 @@
-"""What a leader remembers between decisions: its rule's memory, and its last choices."""
+"""A leader's memory between decisions: its rule's memory, and its last choices."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Remembered:
     """A leader's memory.
 
     Attributes:
-        rule: what the rule that decides without a model wants to remember.
-        past: ``(step, cell, reason, outcome)`` of the last decisions, the latest last; the
-            outcome of the latest is not known yet.
+        rule: memory of the rule that decides without a model.
+        past: ``(step, cell, reason, outcome)`` of the last decisions, the latest last; the outcome
+            of the latest is not known yet.
     """
 
     rule: Any = None
@@ -33,29 +33,29 @@ class Remembered:
 
     @classmethod
     def of(cls, memory: Any) -> Remembered:
-        """A memory as the mission hands it over: none at first, or another rule's."""
+        """A memory as the mission passes it: None at first, or another rule's."""
         return memory if isinstance(memory, cls) else cls()
 
     def known(self, view: LeaderView) -> tuple[tuple[int, tuple[int, int], str, str], ...]:
-        """The past, with what became of the latest decision."""
+        """The past, with the outcome of the latest decision."""
         if not self.past:
             return ()
         step, cell, reason, outcome = self.past[-1]
         if not outcome:
-            # Another leader's choice may have come in between: then nothing is known.
+            # Another leader may have chosen in between: then the outcome is not known.
             same = view.previous in (None, cell)
             outcome = _OUTCOMES.get(view.cause, "given up") if same else "given up"
         return (*self.past[:-1], (step, cell, reason, outcome))
 
-    def told(self, view: LeaderView, decisions: int) -> str:
+    def lines(self, view: LeaderView, decisions: int) -> str:
         """The last decisions as lines of a prompt."""
         if decisions == 0:
             return ""
-        lines = []
+        said = []
         for step, cell, reason, outcome in self.known(view)[-decisions:]:
             why = f" because {reason}" if reason else ""
-            lines.append(f"step {step}: ({cell_name(cell)}){why}: {outcome}")
-        return "\n".join(lines)
+            said.append(f"step {step}: ({cell_name(cell)}){why}: {outcome}")
+        return "\n".join(said)
 
     def after(
         self, view: LeaderView, rule: Any, cell: tuple[int, int], reason: str, decisions: int

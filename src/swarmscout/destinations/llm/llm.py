@@ -23,18 +23,18 @@ __all__ = ["Llm", "at_least", "by_rule", "one_of", "rule_of", "settled"]
 
 
 def rule_of(name: str, parameters: Mapping[str, Any] | None = None) -> Selector:
-    """The rule that decides without a model."""
-    # The registry knows this module, so it is imported when a rule is made and not before.
+    """The selector that decides without a model."""
+    # The registry imports this module, so it is imported here when a rule is made.
     from swarmscout.destinations.registry import make_selector
 
     return make_selector(name, parameters)
 
 
 def one_of(name: str, value: str, known: Any) -> None:
-    """Check a parameter that is a word.
+    """Check a parameter that is one of several words.
 
     Raises:
-        ValueError: it is not among those known.
+        ValueError: it is not a known one.
     """
     if value not in known:
         raise ValueError(f"{name} = '{value}' is unknown: {did_you_mean(value, known)}")
@@ -44,7 +44,7 @@ def at_least(name: str, value: int, least: int) -> None:
     """Check a parameter that is a whole number.
 
     Raises:
-        ValueError: it is smaller, or no whole number.
+        ValueError: it is smaller, or not a whole number.
     """
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise ValueError(f"{name} = {value!r} must be a whole number of at least {least}")
@@ -54,21 +54,22 @@ def at_least(name: str, value: int, least: int) -> None:
 class Llm:
     """A language model chooses a frontier of the leader's map (the paper's method).
 
-    Until the warm-up is over, and whenever no valid answer comes, the baseline decides. It draws
-    before the model is asked: with a model that never answers the mission is the baseline's.
+    During the warm-up, without a valid answer, and with a single candidate the baseline decides. It
+    draws its random numbers before the model is asked, so that a mission whose model never answers
+    equals the baseline's.
 
     Attributes:
         encoding: how the view is written down: ``cells`` (the paper's), ``rows``, ``frontiers``,
             ``clusters`` or ``ascii``.
         features: of frontiers in tables: ``paper``, or ``full`` (ways, turns, unknown area, …).
-        prompt: a template that comes with the package, or a TOML file.
-        prompt_tokens: a prompt's budget; the least informative cells are left out beyond it.
+        prompt: a template of the package, or a TOML file.
+        prompt_tokens: longest prompt; beyond it the least informative cells are left out.
         answer_tokens: longest answer.
         warm_up_steps: until this step the baseline decides.
-        retries: an invalid answer is asked again at most so often.
+        retries: further questions after an invalid answer.
         baseline: a selector's name; baseline_parameters: its parameters.
-        history: so many of the team's own last decisions, and their outcome, stand in the prompt.
-        shuffle: show tables of candidates in a random order instead of the map's.
+        history: number of the team's last decisions, with their outcomes, in the prompt.
+        shuffle: show tables of candidates in random order instead of the map's.
 
     Source: paper, "LLM-based team destination determination" and "Setup".
     """
@@ -92,8 +93,8 @@ class Llm:
         at_least("answer_tokens", self.answer_tokens, 10)
         for name in ("warm_up_steps", "retries", "history"):
             at_least(name, getattr(self, name), 0)
-        assert self._rule is not None
-        assert self._prompt is not None
+        # Both raise for a name that does not exist.
+        _ = self._rule, self._prompt
 
     @cached_property
     def _rule(self) -> Selector:
@@ -104,7 +105,7 @@ class Llm:
         return load_prompt(self.prompt)
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
-        """What is chosen when no model answers: the baseline's choice."""
+        """The baseline's choice, for when no model answers."""
         return by_rule(self._rule, view, memory, self.history)
 
     def converse(self, view: LeaderView, memory: Any) -> Talk:
@@ -117,7 +118,9 @@ class Llm:
         order = view.rng.permutation(frontiers) if self.shuffle else np.arange(frontiers)
         encode = ENCODINGS[self.encoding]
         encoded = encode(view, self.prompt_tokens, order, self.features)
-        messages = question(view, encoded, self._prompt, kept.told(view, self.history))
+        if len(encoded.candidates) == 1:
+            return settled(view, plain, Outcome(None, "", ()), {"shown": 1}, kept, self.history)
+        messages = question(view, encoded, self._prompt, kept.lines(view, self.history))
         outcome = yield from converse(
             view,
             encoded,
@@ -138,13 +141,13 @@ class Llm:
 def by_rule(
     rule: Selector, view: LeaderView, memory: Any, history: int, *, warm_up: bool = False
 ) -> Choice:
-    """The choice of the rule that stands behind a language model, when none is asked.
+    """The choice of the rule behind a language model, when the model is not asked.
 
     Args:
-        rule: who chooses.
+        rule: the selector that decides.
         view: what the leader knows.
-        memory: as the mission hands it over.
-        history: how many decisions to remember.
+        memory: as the mission passes it.
+        history: number of decisions to remember.
         warm_up: whether it is too early to ask, for the record.
     """
     kept = Remembered.of(memory)
@@ -162,23 +165,23 @@ def settled(
     history: int,
     rule_memory: Any = None,
 ) -> Choice:
-    """The choice after a conversation: the model's, or that of the rule.
+    """The choice after a conversation: the model's, or else the rule's.
 
     Args:
         view: what the leader knows.
         plain: the rule's choice.
         outcome: of the conversation.
         details: for the record.
-        kept: the memory so far; history: how many decisions to remember.
-        rule_memory: what the rule remembers after the model's choice; None: as after its own.
+        kept: the memory so far; history: number of decisions to remember.
+        rule_memory: the rule's memory after the model's choice; None: as after its own.
     """
-    told = dict(details)
+    record = dict(details)
     if outcome.cell is None:
         if outcome.fallback:
-            told["fallback"] = outcome.fallback
-        told.update(plain.details)
+            record["fallback"] = outcome.fallback
+        record.update(plain.details)
         memory = kept.after(view, plain.memory, plain.cell, plain.reason, history)
-        return Choice(plain.cell, plain.reason, memory, told, outcome.attempts)
+        return Choice(plain.cell, plain.reason, memory, record, outcome.attempts)
     rule = plain.memory if rule_memory is None else rule_memory
     memory = kept.after(view, rule, outcome.cell, outcome.reason, history)
-    return Choice(outcome.cell, outcome.reason, memory, told, outcome.attempts)
+    return Choice(outcome.cell, outcome.reason, memory, record, outcome.attempts)

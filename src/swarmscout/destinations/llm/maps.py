@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.enums import FREE, OCCUPIED
+from swarmscout.core.tokens import estimate_tokens
 from swarmscout.destinations.llm.prompt_data import (
     Candidate,
     Encoded,
@@ -14,7 +15,6 @@ from swarmscout.destinations.llm.prompt_data import (
     names_of,
 )
 from swarmscout.destinations.llm.tables import encode_frontiers
-from swarmscout.destinations.llm.tokens import estimate_tokens
 from swarmscout.destinations.view import LeaderView
 
 __all__ = ["encode_ascii", "encode_cells", "encode_rows"]
@@ -23,7 +23,7 @@ FREE_CELL, OBSTACLE_CELL, FRONTIER_CELL = 1, 2, 3
 """The paper's labels."""
 
 WINDOW_M = 13.0
-"""Edge of the window that ``ascii`` draws."""
+"""Edge of the window that ``ascii`` draws, in metres."""
 
 
 def _labelled(view: LeaderView) -> NDArray[np.int64]:
@@ -36,7 +36,7 @@ def _labelled(view: LeaderView) -> NDArray[np.int64]:
 
 
 def _around(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """int64[rows, cols]: how many of each cell's 8 neighbours are in a mask."""
+    """int64[rows, cols]: number of each cell's 8 neighbours in a mask."""
     rows, cols = mask.shape
     wide = np.zeros((rows + 2, cols + 2), dtype=np.int64)
     wide[1:-1, 1:-1] = mask
@@ -75,7 +75,7 @@ def encode_cells(view: LeaderView, budget: int, order: NDArray[np.int64], featur
             strict=True,
         )
     ]  # fmt: skip
-    # Free ground beside a frontier or an obstacle tells more than free ground amidst free ground.
+    # Free ground beside a frontier or an obstacle is more informative than other free ground.
     rank = np.select([label == FRONTIER_CELL, label == OBSTACLE_CELL, near_f + near_o > 0],
                      [3.0, 2.0, 1.0], 0.0)  # fmt: skip
     stay = lines_within(lines, rank * 1e6 - distance, budget)

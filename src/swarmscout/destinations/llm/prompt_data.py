@@ -1,4 +1,4 @@
-"""What an encoding makes of a view: a text, and the candidates that can be chosen."""
+"""The result of an encoding: a text, and the candidates in it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.destinations.llm.tokens import estimate_tokens
+from swarmscout.core.tokens import estimate_tokens
 from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Candidate", "Encoded", "cell_name", "lines_within", "names_of"]
@@ -18,11 +18,11 @@ Cell = tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """What can be chosen.
+    """A destination that can be chosen.
 
     Attributes:
-        id: what the model calls it.
-        cell: ``(row, col)`` behind it.
+        id: its name in the prompt.
+        cell: its ``(row, col)``.
     """
 
     id: str
@@ -38,7 +38,7 @@ class Encoded:
         text: the map or the candidates.
         candidates: in the order in which the text shows them.
         dropped: cells left out for the token budget.
-        closed: whether nothing but the candidates may be chosen; else any frontier of the view.
+        closed: whether only candidates may be chosen; else any frontier of the view.
     """
 
     legend: str
@@ -54,7 +54,7 @@ def cell_name(cell: Sequence[int] | NDArray[np.int64]) -> str:
 
 
 def names_of(view: LeaderView, picked: NDArray[np.int64]) -> tuple[Candidate, ...]:
-    """Frontiers of a view, by their indices, as candidates that are called by their cells."""
+    """Frontiers of a view, by their indices, as candidates named by their cells."""
     cells = view.frontiers[picked].tolist()
     return tuple(Candidate(cell_name(cell), (cell[0], cell[1])) for cell in cells)
 
@@ -62,11 +62,11 @@ def names_of(view: LeaderView, picked: NDArray[np.int64]) -> tuple[Candidate, ..
 def lines_within(
     lines: Sequence[str], worth: NDArray[np.float64], budget: int
 ) -> NDArray[np.int64]:
-    """Which lines fit into a token budget when the least informative ones go first.
+    """The lines that fit into a token budget, without the least informative ones.
 
     Args:
-        lines: one for each cell.
-        worth: float64[n], how informative each is; ties are settled by the order of the lines.
+        lines: one per cell.
+        worth: float64[n], how informative each line is; ties are broken by their order.
         budget: tokens.
 
     Returns:

@@ -1,6 +1,6 @@
-"""Prompt templates: files with a version that users can replace.
+"""Prompt templates: versioned files that users can replace.
 
-They are read when a selector is made, never while robots decide.
+They are read when a selector is made, not during the mission.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ class Prompt:
     """A prompt's parts, as templates with ``$names``.
 
     Attributes:
-        version: says in every record which prompt it was.
+        version: identifies the prompt in records.
         system, user: the first two messages.
-        answer: the form of the answer; it stands in the user's message as ``$answer``.
-        retry: what follows an answer that cannot be used; empty: the call is just repeated.
+        answer: the form of the answer; ``$answer`` in the user's message.
+        retry: the message after an answer that cannot be used; empty: the call is repeated.
     """
 
     version: str
@@ -51,7 +51,7 @@ class Prompt:
 
 
 def named_prompts() -> tuple[str, ...]:
-    """Names of the prompts that come with the package."""
+    """Names of the package's prompts."""
     folder = resources.files("swarmscout.destinations.llm") / "prompts"
     return tuple(
         sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
@@ -66,7 +66,7 @@ def load_prompt(name: str) -> Prompt:
         name: one of :func:`named_prompts`, or a TOML file.
 
     Raises:
-        SelectorError: there is no such prompt, or it lacks a part or names something unknown.
+        SelectorError: the prompt does not exist, lacks a part, or uses an unknown name.
     """
     if name in named_prompts():
         file = resources.files("swarmscout.destinations.llm") / "prompts" / f"{name}.toml"
@@ -96,7 +96,7 @@ def _checked(name: str, data: dict[str, object]) -> Prompt:
             )
     for part in _PARTS:
         if not isinstance(data.get(part), str) or (part != "retry" and not data[part]):
-            raise SelectorError(f"prompt '{name}': '{part}' is missing or no text")
+            raise SelectorError(f"prompt '{name}': '{part}' is missing or not a text")
     prompt = Prompt(**{part: str(data[part]) for part in _PARTS})
     for part, known in _NAMES.items():
         template = Template(getattr(prompt, part))
@@ -111,5 +111,5 @@ def _checked(name: str, data: dict[str, object]) -> Prompt:
                 )
         for needed in _NEEDED.get(part, ()):
             if needed not in used:
-                raise SelectorError(f"prompt '{name}', '{part}': '${needed}' has to stand in it")
+                raise SelectorError(f"prompt '{name}', '{part}': it must contain '${needed}'")
     return prompt

@@ -1,4 +1,4 @@
-"""A model that chooses among the few candidates that a rule ranks best, and its honest control."""
+"""A model that chooses among the best candidates of a rule, and the random control for it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from swarmscout.destinations.asking import Talk
-from swarmscout.destinations.llm.dialogue import converse, question
+from swarmscout.destinations.llm.dialogue import Outcome, converse, question
 from swarmscout.destinations.llm.features import FEATURES, columns_of
 from swarmscout.destinations.llm.history import Remembered
 from swarmscout.destinations.llm.llm import at_least, by_rule, one_of, rule_of, settled
@@ -31,22 +31,22 @@ _WORDS = {
     "obstacle_neighbours": "obstacles beside it",
     "nearest_other_destination_m": "m to other teams' goals",
 }
-"""What a prompt calls each feature: short, since small models are slow readers."""
+"""Names of features in prompts: short, since small models read slowly."""
 
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 def best_of(rule: Selector, view: LeaderView, memory: Any, k: int, apart_m: float) -> list[Choice]:
-    """What a rule chooses, then what it would choose without that and what is near it, and so on.
+    """A rule's choice, then its choice without that one and those near it, and so on.
 
-    For a rule that scores frontiers one by one these are its k best that lie apart.
+    For a rule that scores frontiers one by one these are its k best at a distance from each other.
 
     Args:
-        rule: who ranks.
+        rule: the selector that ranks.
         view: the leader's.
-        memory: what the rule remembers.
-        k: how many.
-        apart_m: candidates are at least so far from each other.
+        memory: the rule's memory.
+        k: number of candidates.
+        apart_m: smallest distance between two candidates, in metres.
 
     Returns:
         Up to k choices, the rule's own first.
@@ -80,7 +80,7 @@ class _Shortlist:
         at_least("warm_up_steps", self.warm_up_steps, 0)
         if not self.apart_m >= 0.0:
             raise ValueError(f"apart_m = {self.apart_m!r} must be at least 0")
-        assert self._rule is not None
+        _ = self._rule  # Raises for a name that does not exist.
 
     @cached_property
     def _rule(self) -> Selector:
@@ -94,21 +94,23 @@ class _Shortlist:
 
 @dataclass(frozen=True)
 class LlmShortlist(_Shortlist):
-    """A language model chooses among the few candidates that a rule ranks best.
+    """A language model chooses among the best candidates of a rule.
 
-    They are shown in random order. Until the warm-up is over, and whenever no valid answer comes,
-    the rule decides. What the model adds shows against the rule alone and ``shortlist-random``.
+    They are shown in random order. During the warm-up, without a valid answer, and with a single
+    candidate the rule decides. Comparing with the rule alone and with ``shortlist-random`` shows
+    what the model adds.
 
     Attributes:
-        rule: who ranks; rule_parameters: its parameters.
-        k: how many candidates.
-        apart_m: they are at least so far from each other: neighbouring cells are hardly a choice.
+        rule: the selector that ranks; rule_parameters: its parameters.
+        k: number of candidates.
+        apart_m: smallest distance between two candidates, in metres: neighbouring cells differ
+            little.
         warm_up_steps: until this step the rule decides.
         features: ``paper`` or ``full``.
-        prompt: a template that comes with the package, or a TOML file.
+        prompt: a template of the package, or a TOML file.
         answer_tokens: longest answer.
-        retries: an invalid answer is asked again at most so often.
-        history: so many of the team's own last decisions, and their outcome, stand in the prompt.
+        retries: further questions after an invalid answer.
+        history: number of the team's last decisions, with their outcomes, in the prompt.
     """
 
     features: str = "full"
@@ -124,14 +126,14 @@ class LlmShortlist(_Shortlist):
         at_least("answer_tokens", self.answer_tokens, 10)
         at_least("retries", self.retries, 0)
         at_least("history", self.history, 0)
-        assert self._prompt is not None
+        _ = self._prompt
 
     @cached_property
     def _prompt(self) -> Prompt:
         return load_prompt(self.prompt)
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
-        """What is chosen when no model answers: the rule's choice."""
+        """The rule's choice, for when no model answers."""
         return by_rule(self._rule, view, memory, self.history)
 
     def converse(self, view: LeaderView, memory: Any) -> Talk:
@@ -140,12 +142,14 @@ class LlmShortlist(_Shortlist):
             return by_rule(self._rule, view, memory, self.history, warm_up=True)
         kept = Remembered.of(memory)
         plain, shown = self._shuffled(view, kept.rule)
+        if len(shown) == 1:
+            return settled(view, plain, Outcome(None, "", ()), {"shown": 1}, kept, self.history)
         encoded = self._encoded(view, shown)
         outcome = yield from converse(
             view,
             encoded,
             self._prompt,
-            question(view, encoded, self._prompt, kept.told(view, self.history)),
+            question(view, encoded, self._prompt, kept.lines(view, self.history)),
             encoding="shortlist",
             brief=True,
             attempts=1 + self.retries,
@@ -184,12 +188,12 @@ class LlmShortlist(_Shortlist):
 
 @dataclass(frozen=True)
 class ShortlistRandom(_Shortlist):
-    """Any of the few candidates that a rule ranks best: the control for ``llm-shortlist``.
+    """A random one of a rule's best candidates: the control for ``llm-shortlist``.
 
     Attributes:
-        rule: who ranks; rule_parameters: its parameters.
-        k: how many candidates.
-        apart_m: they are at least so far from each other.
+        rule: the selector that ranks; rule_parameters: its parameters.
+        k: number of candidates.
+        apart_m: smallest distance between two candidates, in metres.
         warm_up_steps: until this step the rule decides.
     """
 
@@ -209,7 +213,7 @@ class ShortlistRandom(_Shortlist):
 
 
 def _short(name: str, value: float) -> str:
-    """A feature for small models: metres with a decimal, all else as whole numbers."""
+    """A feature for small models: metres with a decimal, the others as whole numbers."""
     return number(value if name in ("way_m", "distance_m") else np.round(value))
 
 

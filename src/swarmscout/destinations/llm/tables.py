@@ -1,4 +1,4 @@
-"""Encodings that show candidates only: frontier cells, or clusters of them, with features."""
+"""Encodings that show candidates only: frontier cells, or pieces of the frontier, with features."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.destinations.llm.features import columns_of
+from swarmscout.destinations.llm.fronts import pieces_of
 from swarmscout.destinations.llm.prompt_data import (
     Candidate,
     Encoded,
@@ -32,7 +33,7 @@ _MEANINGS = {
 
 
 def number(value: float) -> str:
-    """A feature as short as can be; ``none`` for infinity."""
+    """A feature in its shortest form; ``none`` for infinity."""
     return f"{value:g}" if np.isfinite(value) else "none"
 
 
@@ -47,7 +48,7 @@ def _table(
 
 
 def _head(columns: Mapping[str, NDArray[np.float64]]) -> tuple[str, str]:
-    """A table's headline, and what its columns mean."""
+    """A table's header, and the meanings of its columns."""
     meaning = "; ".join(f"{name}: {_MEANINGS[name]}" for name in columns)
     return "id | " + " | ".join(columns), meaning
 
@@ -79,22 +80,23 @@ def encode_frontiers(
 def encode_clusters(
     view: LeaderView, budget: int, order: NDArray[np.int64], features: str
 ) -> Encoded:
-    """Groups of touching frontier cells; each stands for its cell that is nearest to its middle.
+    """Pieces of the frontier, 2 to 3 m long, each shown as the cell that is nearest to its middle.
 
     Args:
         view: the leader's.
         budget: tokens.
-        order: int64[F], the order in which frontiers are shown; groups come by their first cell.
-        features: one of ``FEATURES``, of the cell that stands for the group.
+        order: int64[F], the order in which frontiers are shown; pieces come by their first cell.
+        features: one of ``FEATURES``, of the cell in the middle.
     """
     heads, sizes = [], []
     seen: set[int] = set()
+    pieces = pieces_of(view.frontiers, view.frame.cell_m)
     for frontier in order.tolist():
-        cluster = int(view.clusters[frontier])
+        cluster = int(pieces[frontier])
         if cluster in seen:
             continue
         seen.add(cluster)
-        cells = np.flatnonzero(view.clusters == cluster)
+        cells = np.flatnonzero(pieces == cluster)
         off = view.frontiers_m[cells] - view.frontiers_m[cells].mean(axis=0)
         heads.append(int(cells[np.argmin((off**2).sum(axis=1))]))
         sizes.append(float(len(cells)))
@@ -111,7 +113,7 @@ def encode_clusters(
     cells_of = view.frontiers[picked].tolist()
     return Encoded(
         "Each line is a group of touching frontier cells. " + meaning + "; last the coordinate "
-        "(x,y) of its middle, of which the features tell.",
+        "(x,y) of its middle, for which the features hold.",
         "\n".join([f"{headline} | middle", *(lines[k] for k in stay.tolist())]),
         tuple(Candidate(names[k], (cells_of[k][0], cells_of[k][1])) for k in stay.tolist()),
         dropped=len(lines) - len(stay),

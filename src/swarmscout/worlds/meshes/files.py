@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError
+from swarmscout.core.extras import install_command
 from swarmscout.worlds.meshes.formats.collada import read_collada
 from swarmscout.worlds.meshes.formats.gltf import read_gltf
 from swarmscout.worlds.meshes.formats.obj import read_obj
@@ -104,9 +105,7 @@ def check_mesh_extra(what: str) -> None:
     """
     for package in ("fast_simplification", "mapbox_earcut", "plyfile", "skimage", "trimesh"):
         if not _is_installed(package):
-            in_clone = (Path(__file__).parents[4] / "pyproject.toml").is_file()
-            command = "pip install -e '.[mesh]'" if in_clone else "pip install 'swarmscout[mesh]'"
-            raise WorldError(f"{what} needs an extra: {command}")
+            raise WorldError(f"{what} needs an extra: {install_command('mesh')}")
 
 
 def _is_installed(package: str) -> bool:

@@ -1,4 +1,4 @@
-"""How many tokens a text has, estimated without any model's vocabulary."""
+"""Token counts, estimated without any model's vocabulary."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ _LETTERS = 9.0
 
 
 def estimate_tokens(text: str) -> int:
-    """Tokens of a text in a vocabulary like that of gpt-4o.
+    """Estimate the tokens of a text in a vocabulary like that of gpt-4o.
 
-    Digits count in threes, words by their length, runs of punctuation as one. docs/llm.md says how
-    near this comes to the real count.
+    Digits count in threes, words by their length, runs of punctuation as one. docs/llm.md compares
+    the estimate with real counts.
 
     Args:
         text: any text.
