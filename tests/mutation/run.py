@@ -6,15 +6,13 @@ where it was; `make mutants` calls this script.
 
     python tests/mutation/run.py --rooms comms,teams --sample 40 --seed 1
 
-Cosmic Ray's own runner does not serve, because it knows nothing of Numba's disk cache: a kernel
-that inlines a function or reads a constant of a mutated file must be compiled anew, although its
-own file has not changed. mutmut leaves decorated functions, and so every kernel, alone.
+Cosmic Ray makes the mutants. Its own runner takes no samples and has one test command for all rooms.
+mutmut leaves decorated functions alone, and so every kernel.
 """
 
 from __future__ import annotations
 
 import argparse
-import ast
 import contextlib
 import filecmp
 import hashlib
@@ -141,39 +139,10 @@ def try_mutant(tree: Path, room: str, file: str, text: str, timeout: float) -> d
     began = time.monotonic()
     try:
         path.write_text(text, encoding="utf-8")
-        touch_users(tree / "src", file)
         outcome, by = run_tests(tree, room, timeout)
     finally:
         path.write_text(right, encoding="utf-8")
-        touch_users(tree / "src", file)
     return {"outcome": outcome, "by": by, "seconds": round(time.monotonic() - began, 1)}
-
-
-def touch_users(source: Path, file: str) -> None:
-    """Have kernels compiled anew: a file's own, and those of files that import it.
-
-    A kernel contains the constants and inlined functions of the files that it imports.
-    """
-    users = [name for name, imported in imports(source).items() if file in imported]
-    for name in [file, *users]:
-        os.utime(source / "swarmscout" / name)
-
-
-def imports(source: Path) -> dict[str, set[str]]:
-    """The files of the package that each file of it with kernels imports."""
-    found = {}
-    for path in (source / "swarmscout").rglob("*.py"):
-        text = path.read_text(encoding="utf-8")
-        if "@kernel" not in text:
-            continue
-        modules = {
-            node.module.replace(".", "/") + ".py"
-            for node in ast.walk(ast.parse(text))
-            if isinstance(node, ast.ImportFrom) and node.module
-        }
-        name = str(path.relative_to(source / "swarmscout"))
-        found[name] = {module.removeprefix("swarmscout/") for module in modules}
-    return found
 
 
 def run_tests(tree: Path, room: str, timeout: float) -> tuple[str, str]:
