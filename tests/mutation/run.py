@@ -120,6 +120,10 @@ def copy_tree(tree: Path) -> None:
                 continue
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source, target)
+        for target in (tree / name).rglob("*.*"):
+            known = "__pycache__" in target.parts or (ROOT / target.relative_to(tree)).exists()
+            if target.is_file() and not known:
+                target.unlink()
 
 
 def choose(package: Path, room: str, given: argparse.Namespace) -> list[Mutant]:
