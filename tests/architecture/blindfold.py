@@ -46,7 +46,11 @@ def run_to(
             "steps": 200,
             "seed": seed,
             "battery": {"capacity_steps": 150, "start_min": 0.3},
-            "teams": {"leave_rule": "charge" if sizes is None else "general"},
+            "teams": {
+                "leave_rule": "charge" if sizes is None else "general",
+                "members": "fan",
+                "fan_m": 5.0,
+            },
             "renewal": {"reach_m": 1.0},
         }
     )
