@@ -105,7 +105,8 @@ class Swarm:
         knowledge = self.knowledge
         listed = {row: knowledge.listeners[a:b].tolist() for row, a, b in knowledge.groups.tolist()}
         assert listed == {
-            row: np.flatnonzero(knowledge.ear == row).tolist() for row in set(knowledge.ear.tolist())
+            row: np.flatnonzero(knowledge.ear == row).tolist()
+            for row in set(knowledge.ear.tolist())
         }
         assert knowledge.rows.tolist() == sorted(listed)
 
