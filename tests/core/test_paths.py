@@ -23,7 +23,7 @@ def test_a_path_is_expanded_where_nothing_exists_yet(
 def test_what_cannot_be_expanded_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("NO_SUCH", raising=False)
-    with pytest.raises(SwarmscoutError, match="the environment variable .NO_SUCH is not set"):
+    with pytest.raises(SwarmscoutError, match=r"environment variable .NO_SUCH is not set"):
         expanded("$NO_SUCH/run")
     with pytest.raises(SwarmscoutError, match="'~no-such-user' has no home folder"):
         expanded("~no-such-user/run")
