@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         SensorError,
         StudyError,
         SwarmscoutError,
+        TaskError,
         WorldError,
     )
     from swarmscout.mission.mission import Mission
@@ -51,6 +52,7 @@ __all__ = [
     "Study",
     "StudyError",
     "SwarmscoutError",
+    "TaskError",
     "World",
     "WorldError",
     "__version__",
@@ -75,6 +77,7 @@ _HOME = {
     "Study": "swarmscout.studies.study",
     "StudyError": "swarmscout.core.errors",
     "SwarmscoutError": "swarmscout.core.errors",
+    "TaskError": "swarmscout.core.errors",
     "World": "swarmscout.worlds.world",
     "WorldError": "swarmscout.core.errors",
     "explore": "swarmscout.api",

@@ -134,7 +134,7 @@ def in_mind(mission: Mission, i: int) -> dict[str, Any]:
     """All that robot i has made up its mind about."""
     minds, table = mission.minds, mission.planner.table
     return {
-        "state": repr(minds.own[i].tolist()),
+        "own": str(minds.own[i]),
         "avoided": minds.avoided[i].tolist(),
         "memory": repr(mission.destinations.memories[i]),
         "route state": table.state[i].tolist(),

@@ -16,7 +16,7 @@ import swarmscout
 SOURCE = Path(swarmscout.__file__).parent
 ROOT = Path(__file__).parents[2]
 MODULES = sorted(SOURCE.rglob("*.py"))
-MINDS = ("minds", "mapping", "comms", "teams", "destinations", "planning")
+MINDS = ("minds", "mapping", "comms", "teams", "destinations", "planning", "tasks")
 OUTSIDE = (
     "asyncio", "concurrent", "ftplib", "http", "httpx2", "multiprocessing", "openai", "requests",
     "socket", "ssl", "subprocess", "threading", "urllib", "xllamacpp",
@@ -36,6 +36,7 @@ from swarmscout import Mission, Scenario
 from swarmscout.core.jit import kernels
 from swarmscout.destinations.registry import selectors
 from swarmscout.destinations.selector import Choice
+from swarmscout.tasks.task import Task
 from swarmscout.teams.registry import policies
 from swarmscout.testing import small_world
 from swarmscout.worlds import Mesh, world_from_array
@@ -45,13 +46,17 @@ class SizedByAll:
         near = view.frontiers_within(2.0) + view.robots_within(2.0) + view.strangers_within(3)
         return np.clip(near + view.frontiers + view.teams, 1, 5)
 
-def fly(links=None, world=None, sizes=None, **keys):
+def fly(links=None, world=None, sizes=None, task=None, **keys):
     given = {"robots": 6, "steps": 60, "battery": {"capacity_steps": 60, "start_min": 0.4}, **keys}
     mission = Mission(Scenario.model_validate(given), world=world or small_world(1), links=links,
-                      policy=sizes)
+                      policy=sizes, task=task)
     if keys == {}:
         mission.destinations.selector = LooksAtAll()
     mission.run()
+
+class FreeCells(Task):
+    def candidates(self, map, step):
+        return map.labels == 1
 
 class LooksAtAll:
     def choose(self, view, memory):
@@ -76,6 +81,7 @@ for links in (None, lambda step: np.eye(6, k=step % 3, dtype=bool)):
 fly(links=lambda step: np.eye(6, k=step % 3, dtype=bool))
 ss.record_mission(Scenario(robots=3, steps=9), links=lambda _: np.eye(3) > 0).map_at(robot=1)
 fly(teams={"members": "fan", "fan_m": 3})
+fly(teams={"members": "fan", "fan_m": 3}, task=FreeCells())
 fly(links=lambda step: np.ones((6, 6), dtype=bool), teams={"members": "fan"})
 fly(
     body={"position_noise_m": 0.1, "heading_noise_deg": 5.0, "turn_deg": 30, "radius_m": 0.2},

@@ -10,7 +10,7 @@ import pytest
 import swarmscout
 
 SOURCE = Path(swarmscout.__file__).parent
-ROOMS = ("minds", "comms", "teams", "destinations", "planning", "mapping")
+ROOMS = ("minds", "comms", "teams", "destinations", "planning", "mapping", "tasks")
 OWN = {"own", "routes", "avoided", "avoided_next", "ear"}
 """Arrays whose row i belongs to robot i alone."""
 

@@ -52,7 +52,7 @@ def fan(minds: Minds, knowledge: Knowledge, status: NDArray[np.uint8]) -> None:
     frame = knowledge.grids.frame
     for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
         rules[name] = getattr(frame, name)
-    rules["frontier_bit"], rules["reach_m"], rules["fan_m"] = FRONTIER_BIT, REACH_M, FAN_M
+    rules["candidate_bit"], rules["reach_m"], rules["fan_m"] = FRONTIER_BIT, REACH_M, FAN_M
     rules["apart_m"], rules["turn_m"] = APART_M, TURN_M
     fan_out(
         minds.own, knowledge.ear, knowledge.heard, knowledge.notices, status, HEADINGS, rules, STEP

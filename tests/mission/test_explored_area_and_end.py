@@ -80,7 +80,15 @@ def test_the_summary_is_consistent(case: tuple[Mission, Tape]) -> None:
     assert summary is not None
     assert set(summary) == {
         *("version", "rules_version", "world", "start", "selector", "robots", "seed", "steps"),
-        *("end_reason", "explored_m2", "explored_fraction", "reachable_m2", "area_at_step"),
+        *(
+            "task",
+            "score",
+            "end_reason",
+            "explored_m2",
+            "explored_fraction",
+            "reachable_m2",
+            "area_at_step",
+        ),
         *("time_to", "overlap_ratio", "distance_m", "forward_share", "turn_share"),
         *("blocked_share", "joins", "leaves", "teams", "charges", "stranded", "map_accuracy"),
         "map_mixed_share",

@@ -35,7 +35,7 @@ def test_the_last_map_by_changes_is_the_final_map(finished: Run, tape: Any, empt
 
 def test_steps_that_are_not_there(finished: Run) -> None:
     for step in (-1, finished.last_step + 1):
-        with pytest.raises(RunError, match=f"no step {step}: the run holds steps 0 to 130"):
+        with pytest.raises(RunError, match=f"no step {step}: the run has steps 0 to 130"):
             finished.map_at(step)
 
 

@@ -16,6 +16,7 @@ from swarmscout.core.errors import PolicyError, SelectorError
 from swarmscout.destinations.registry import SELECTORS
 from swarmscout.robots.radio.registry import RADIOS
 from swarmscout.robots.sensors.registry import SENSORS
+from swarmscout.tasks.registry import TASKS
 from swarmscout.teams.registry import POLICIES, policies
 from swarmscout.testing import CHECKS, check_policy
 from swarmscout.worlds.readers import READERS
@@ -91,7 +92,7 @@ def test_generators_and_clocks_are_left_as_they_were() -> None:
 
 
 def test_there_is_a_check_for_every_kind_of_plug_in() -> None:
-    kinds = (POLICIES, SELECTORS, SENSORS, RADIOS, READERS)
+    kinds = (POLICIES, SELECTORS, SENSORS, RADIOS, TASKS, READERS)
     assert set(CHECKS) == {kind.noun for kind in kinds}
     assert CHECKS["policy"]("by-mode").noun == "policy"
     with pytest.raises(PolicyError, match="did you mean 'by-mode'"):

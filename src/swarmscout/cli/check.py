@@ -15,12 +15,14 @@ def check(name: str, /, *, kind: str | None = None) -> None:
 
     Args:
         name: FILE.py:NAME, or a registered name.
-        kind: selector, policy, sensor, radio or world reader; by default the one that NAME can be.
+        kind: selector, policy, sensor, radio, task or world reader; by default the one that NAME
+            can be.
     """
     from swarmscout.core.errors import SwarmscoutError, did_you_mean
     from swarmscout.destinations.registry import SELECTORS
     from swarmscout.robots.radio.registry import RADIOS
     from swarmscout.robots.sensors.registry import SENSORS
+    from swarmscout.tasks.registry import TASKS
     from swarmscout.teams.registry import POLICIES
     from swarmscout.testing import CHECKS
     from swarmscout.worlds.readers import READERS
@@ -30,6 +32,7 @@ def check(name: str, /, *, kind: str | None = None) -> None:
         "policy": POLICIES,
         "sensor": SENSORS,
         "radio": RADIOS,
+        "task": TASKS,
         "world reader": READERS,
     }
     if kind is not None and kind not in registries:

@@ -9,7 +9,9 @@ from cyclopts import App, Parameter
 
 __all__ = ["app"]
 
-app = App(name="list", help="List selectors, policies, sensors, worlds, scenario keys.")
+app = App(
+    name="list", help="List selectors, policies, sensors, radios, tasks, worlds, scenario keys."
+)
 
 Json = Annotated[bool, Parameter(negative=(), help="Print a JSON object instead of a table.")]
 
@@ -37,6 +39,22 @@ def sensors(*, json: Json = False) -> None:
     from swarmscout.robots.sensors.registry import SENSORS
 
     _print(SENSORS.names(), json=json)
+
+
+@app.command
+def radios(*, json: Json = False) -> None:
+    """Radios: who hears whom (explore --set radio.model=NAME)."""
+    from swarmscout.robots.radio.registry import RADIOS
+
+    _print(RADIOS.names(), json=json)
+
+
+@app.command
+def tasks(*, json: Json = False) -> None:
+    """Tasks: what is worth heading for (explore --set task.model=NAME)."""
+    from swarmscout.tasks.registry import TASKS
+
+    _print(TASKS.names(), json=json)
 
 
 @app.command

@@ -22,6 +22,7 @@ def summary_lines(run: Run) -> list[str]:
     figures = run.summary or {}
     lines = {
         "mission": _mission(figures),
+        "task": _task(figures),
         "explored": _explored(figures),
         "over time": _series(figures.get("area_at_step"), "step {}", "{:.0f} m²"),
         "reached": _series(figures.get("time_to"), "{}", "step {:.0f}"),
@@ -53,6 +54,12 @@ def _mission(figures: Mapping[str, Any]) -> str:
     steps = figures["steps"]
     words.append(f"{steps} step{'' if steps == 1 else 's'}, ended: {figures['end_reason']}")
     return ", ".join(words)
+
+
+def _task(figures: Mapping[str, Any]) -> str:
+    """The task and its score, but for exploration, whose score is the explored area."""
+    task = figures.get("task", "exploration")
+    return "" if task == "exploration" else f"{task}, score {figures['score']:g}"
 
 
 def _robots(count: int) -> str:

@@ -41,5 +41,5 @@ DROP = 7  # a team gave up its destination; other: the cause, value: the cell
 EVENTS = ("join", "leave", "leader", "mode", "stranded", "contact", "route", "drop")
 
 # Why a leader needs a new destination (paper, same section: "after any member reaches the target").
-NO_CAUSE, NONE_YET, REACHED, NOT_FRONTIER, UNREACHABLE, OVERDUE = 0, 1, 2, 3, 4, 5
+NO_CAUSE, NONE_YET, REACHED, NOT_CANDIDATE, UNREACHABLE, OVERDUE = 0, 1, 2, 3, 4, 5
 CAUSES = ("", "none yet", "reached", "no frontier any more", "unreachable", "overdue")

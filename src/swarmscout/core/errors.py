@@ -5,6 +5,7 @@
 ├── ``WorldError``      a world cannot be loaded, generated or used
 ├── ``SelectorError``   a selector is unknown, cannot be loaded, or answered wrongly
 ├── ``PolicyError``     a policy is unknown, cannot be loaded, or answered wrongly
+├── ``TaskError``       a task is unknown, cannot be loaded, or answered wrongly
 ├── ``ModelError``      a language model is not configured, or a cassette lacks an answer
 ├── ``RunError``        a run folder cannot be written or read
 ├── ``ViewError``       a mission cannot be shown: a port, a file's name, a missing program
@@ -25,6 +26,7 @@ __all__ = [
     "SensorError",
     "StudyError",
     "SwarmscoutError",
+    "TaskError",
     "ViewError",
     "WorldError",
     "did_you_mean",
@@ -53,6 +55,10 @@ class SensorError(SwarmscoutError):
 
 class PolicyError(SwarmscoutError):
     """A policy is unknown, cannot be loaded, or gave an answer outside its contract."""
+
+
+class TaskError(SwarmscoutError):
+    """A task is unknown, cannot be loaded, or gave an answer outside its contract."""
 
 
 class ModelError(SwarmscoutError):

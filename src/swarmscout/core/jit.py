@@ -31,7 +31,9 @@ SHARED = (
     "core/enums.py",
     "core/events.py",
     "mapping/occupancy.py",
+    "minds/modes.py",
     "planning/route_table.py",
+    "planning/search_memory.py",
     "worlds/meshes/tiles.py",
 )
 """Files of the package from which kernels of other files import constants and functions."""

@@ -126,7 +126,8 @@ class Registry(Generic[R]):
         except (Exception, SystemExit) as error:
             raise self.error(f"{subject} cannot be made: {describe_error(error)}") from error
         if not isinstance(made, self.face):
-            raise self.error(f"'{name}' is not a {self.noun}: it has no method {self.method}")
+            lacking = self._incomplete(made) or f"it has no method {self.method}"
+            raise self.error(f"'{name}' is not a {self.noun}: {lacking}")
         return made
 
     def check_object(self, rule: object) -> R:
@@ -137,9 +138,9 @@ class Registry(Generic[R]):
         """
         if isinstance(rule, type) or not isinstance(rule, self.face):
             what = f"the class {rule.__name__}" if isinstance(rule, type) else _a(rule)
-            raise self.error(
-                f"{self.noun} is {what}, expected an object with a method {self.method}"
-            )
+            wanted = "" if isinstance(rule, type) else self._incomplete(rule)
+            wanted = wanted or f"expected an object with a method {self.method}"
+            raise self.error(f"{self.noun} is {what}, {wanted}")
         return rule
 
     def file(self, name: str, base: Path | None = None) -> Path | None:
@@ -161,6 +162,12 @@ class Registry(Generic[R]):
         if found is None:
             raise self.error(f"{self.noun} file '{text}' does not exist")
         return found
+
+    def _incomplete(self, rule: object) -> str:
+        """How to complete an object that has the method, but not all of the protocol."""
+        if not callable(getattr(rule, self.method.partition("(")[0], None)):
+            return ""
+        return f"derive its class from {self.face.__module__}.{self.face.__name__}"
 
     def _plugins(self) -> dict[str, EntryPoint]:
         found = entry_points(group=self.group)

@@ -1,8 +1,8 @@
 """Which cell each member of a team drives to: the team's destination, or one of its own near it.
 
-Deviation: with ``members = "fan"`` the members of a team take different frontier cells round the
-team's destination. The paper sends all of them to the same cell, where they stand in each other's
-way and see the same; that is ``members = "shared"``, the default.
+Deviation: with ``members = "fan"`` the members of a team take different candidates of the task
+round the team's destination. The paper sends all of them to the same cell, where they stand in each
+other's way and see the same; that is ``members = "shared"``, the default.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from swarmscout.core.enums import CHARGE
 from swarmscout.core.jit import inlined, kernel
+from swarmscout.minds.modes import is_on_task
 
 __all__ = ["FAN", "fan_out"]
 
@@ -23,7 +23,7 @@ FAN = np.dtype(
         ("cell_m", "f8"),
         ("rows", "i8"),
         ("columns", "i8"),
-        ("frontier_bit", "i8"),  # in a cell's status, see OccupancyGrids
+        ("candidate_bit", "i8"),  # in a cell's mark, see CheckedTask
         ("reach_m", "f8"),  # this near to a target's centre it is reached
         ("fan_m", "f8"),  # targets lie this near to the destination …
         ("apart_m", "f8"),  # … and at least this far apart
@@ -43,15 +43,15 @@ def _squared(a, b, columns):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _list_cells(status, frontier_bit, centre, reach_cells, columns, rows, cells):  # type: ignore[no-untyped-def]
-    """Frontier cells in a disc round a cell, by row and then by column; returns how many."""
+def _list_cells(marks, candidate_bit, centre, reach_cells, columns, rows, cells):  # type: ignore[no-untyped-def]
+    """Candidates in a disc round a cell, by row and then by column; returns how many."""
     n = 0
     row, col = centre // columns, centre % columns
     for near_row in range(max(0, row - reach_cells), min(rows, row + reach_cells + 1)):
         for near_col in range(max(0, col - reach_cells), min(columns, col + reach_cells + 1)):
             cell = near_row * columns + near_col
             if (
-                status[cell] & frontier_bit != 0
+                marks[cell] & candidate_bit != 0
                 and _squared(cell, centre, columns) <= reach_cells * reach_cells
             ):
                 cells[n] = cell
@@ -134,8 +134,8 @@ def _assign(heard, goal, members, cells, efforts, targets, rules, headings):  # 
 
 
 @kernel
-def fan_out(own, ear, heard, notices, status, headings, rules, step):  # type: ignore[no-untyped-def]
-    """Each robot takes a frontier cell near its team's destination, alone, from what it knows.
+def fan_out(own, ear, heard, notices, marks, headings, rules, step):  # type: ignore[no-untyped-def]
+    """Each robot takes a candidate near its team's destination, alone, from what it knows.
 
     Every member solves the same small assignment on what it has heard and takes its own part, so
     members that have heard the same never take the same cell. Who gets to the destination with the
@@ -146,7 +146,7 @@ def fan_out(own, ear, heard, notices, status, headings, rules, step):  # type: i
 
     Args:
         own: MIND[N], `target` is written; ear, heard, notices: see ``Knowledge``.
-        status: uint8[R, C'], see ``OccupancyGrids``.
+        marks: uint8[R, C'], which cells are candidates, see ``CheckedTask``.
         headings: float64[ticks, 2], ``heading_table()``.
         rules: FAN[1]; step: the current step.
     """
@@ -161,14 +161,14 @@ def fan_out(own, ear, heard, notices, status, headings, rules, step):  # type: i
     for i in range(robots):
         me = own[i]
         goal = me.destination
-        if not me.thinks or goal < 0 or me.mode == CHARGE:
+        if not me.thinks or goal < 0 or not is_on_task(me.mode):
             continue
         row = heard[ear[i]]
         n = _list_members(own, row, notices, i, step, members)
         if n == 1:
             continue
         found = _list_cells(
-            status[ear[i]], rules.frontier_bit, goal, reach_cells, rules.columns, rules.rows, cells
+            marks[ear[i]], rules.candidate_bit, goal, reach_cells, rules.columns, rules.rows, cells
         )
         _assign(row, goal, members[:n], cells[:found], efforts, targets, rules, headings)
         for a in range(n):

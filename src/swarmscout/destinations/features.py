@@ -50,14 +50,19 @@ class Scratch:
 
 
 class Frontiers:
-    """The frontiers of one map in one step, made once for all leaders that see it.
+    """The task's candidates in one map and step, made once for all leaders that see it.
 
     Attributes:
         flat: int64[F], ascending; cells: int64[F, 2]; centres_m: float64[F, 2].
+
+    Args:
+        grids: the maps. m: which of them. flat: see above. scratch: memory of the kernels.
     """
 
-    def __init__(self, grids: OccupancyGrids, m: int, scratch: Scratch) -> None:
-        self.flat = grids.frontiers(m)
+    def __init__(
+        self, grids: OccupancyGrids, m: int, flat: NDArray[np.int64], scratch: Scratch
+    ) -> None:
+        self.flat = flat
         frame = grids.frame
         self.cells = np.empty((len(self.flat), 2), dtype=np.int64)
         self.centres_m = np.empty((len(self.flat), 2))

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.comms.knowledge import Knowledge
-from swarmscout.core.enums import CAUSES, CHARGE
+from swarmscout.core.enums import CAUSES
 from swarmscout.destinations.features import Features, Frontiers, Scratch
 from swarmscout.destinations.view import LeaderView, OtherTeams
 from swarmscout.minds.minds import Minds
+from swarmscout.minds.modes import on_task
 from swarmscout.planning.routes import Planner
 
 __all__ = ["LeaderViews", "ViewSettings"]
@@ -43,6 +44,7 @@ class LeaderViews:
         planner: plans routes.
         settings: see above.
         scratch: memory of the features' kernels.
+        candidates: the task's candidates in a map, flat and ascending.
         step: the current step.
     """
 
@@ -53,6 +55,7 @@ class LeaderViews:
         planner: Planner,
         settings: ViewSettings,
         scratch: Scratch,
+        candidates: Callable[[int], NDArray[np.int64]],
         step: int,
     ) -> None:
         self._minds = minds
@@ -60,11 +63,12 @@ class LeaderViews:
         self._planner = planner
         self._settings = settings
         self._scratch = scratch
+        self._candidates = candidates
         self._step = step
         self._frontiers: dict[int, Frontiers] = {}
 
     def of(self, leader: int, previous: int) -> LeaderView | None:
-        """What a leader knows; None if its map has no frontier.
+        """What a leader knows; None if its map has no candidate.
 
         Args:
             leader: the robot.
@@ -72,7 +76,7 @@ class LeaderViews:
         """
         grids, row = self._knowledge.grids, int(self._knowledge.ear[leader])
         if row not in self._frontiers:
-            self._frontiers[row] = Frontiers(grids, row, self._scratch)
+            self._frontiers[row] = Frontiers(grids, row, self._candidates(row), self._scratch)
         frontiers = self._frontiers[row]
         if len(frontiers.flat) == 0:
             return None
@@ -127,7 +131,7 @@ class LeaderViews:
         """What the beacons of this step (or the last that were heard) say of other teams."""
         heard = self._knowledge.heard[row]
         speaks = (heard["step"] >= 0) & (heard["leader"] == np.arange(len(heard)))
-        speaks &= (heard["mode"] != CHARGE) & (heard["team"] != self._minds.team[leader])
+        speaks &= on_task(heard["mode"]) & (heard["team"] != self._minds.team[leader])
         speaks[leader] = False
         leaders = speaks.nonzero()[0]
         told = heard.take(leaders)

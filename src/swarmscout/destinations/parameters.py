@@ -16,7 +16,8 @@ class RenewalParameters(Parameters):
 
     rule: Literal["stale", "reached"] = Field(
         "stale",
-        description="'stale': also when the cell stops being a frontier or the team is overdue; "
+        description="'stale': also when the cell is no longer a candidate (a frontier) or "
+        "the team is overdue; "
         "'reached': only when reached or without a route (literal)",
     )
     reach_m: float = Field(
@@ -42,7 +43,8 @@ class DispersalParameters(Parameters):
     """Whether members of a team share one target or fan out (section ``[teams]``)."""
 
     members: Literal["shared", "fan"] = Field(
-        "shared", description="'fan': members take different frontier cells near the destination"
+        "shared",
+        description="'fan': members take different candidates of the task near the destination",
     )
     fan_m: float = Field(
         4.0,

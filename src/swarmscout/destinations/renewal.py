@@ -1,8 +1,9 @@
 """When a team needs a new destination, and how members learn of it.
 
 "After any member reaches the assigned target, the leader selects a new target" (paper, "Task
-description"). Deviation: the scenario ``paper`` also drops a destination that is not a frontier any
-more or overdue, and a team avoids for a while what it gave up; ``paper-literal`` does not.
+description"). Deviation: the scenario ``paper`` also drops a destination that is not a candidate of
+the task any more or overdue, and a team avoids for a while what it gave up; ``paper-literal`` does
+not.
 """
 
 from __future__ import annotations
@@ -12,17 +13,17 @@ import math
 import numpy as np
 
 from swarmscout.core.enums import (
-    CHARGE,
     DROP,
     NO_CAUSE,
     NONE_YET,
-    NOT_FRONTIER,
+    NOT_CANDIDATE,
     OVERDUE,
     REACHED,
     UNREACHABLE,
 )
 from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
+from swarmscout.minds.modes import is_on_task
 
 __all__ = ["RENEWAL", "due_step", "find_stale", "report_reached", "share_destinations"]
 
@@ -32,10 +33,10 @@ RENEWAL = np.dtype(
         ("origin_y_m", "f8"),
         ("cell_m", "f8"),
         ("columns", "i8"),
-        ("frontier_bit", "i8"),  # in a cell's status, see OccupancyGrids
+        ("candidate_bit", "i8"),  # in a cell's mark, see CheckedTask
         ("reach_m", "f8"),  # this near to the destination's centre it is reached
-        ("stale_rule", "?"),  # also drop what is not a frontier any more, or overdue
-        ("avoid_steps", "i8"),  # for this long a team avoids a frontier that it gave up
+        ("stale_rule", "?"),  # also drop what is not a candidate any more, or overdue
+        ("avoid_steps", "i8"),  # for this long a team avoids a cell that it gave up
     ],
     align=True,
 )
@@ -66,7 +67,7 @@ def report_reached(own, notices, rules):  # type: ignore[no-untyped-def]
         me = own[i]
         notices[i].reached = -1
         cell = me.destination
-        if not me.thinks or cell < 0 or me.mode == CHARGE:
+        if not me.thinks or cell < 0 or not is_on_task(me.mode):
             continue
         dx = rules.origin_x_m + (cell % rules.columns + 0.5) * rules.cell_m - me.x_m
         dy = rules.origin_y_m + (cell // rules.columns + 0.5) * rules.cell_m - me.y_m
@@ -89,14 +90,14 @@ def _hear_reports(own, ear, heard, notices, step):  # type: ignore[no-untyped-de
 
 
 @inlined
-def _cause(me, frontier, no_route, stale_rule, step):  # type: ignore[no-untyped-def]
+def _cause(me, candidate, no_route, stale_rule, step):  # type: ignore[no-untyped-def]
     """Why a leader's team needs a destination, a code of CAUSES."""
     if me.destination < 0:
         return NONE_YET
     if me.cause == REACHED:
         return REACHED
-    if stale_rule and not frontier:
-        return NOT_FRONTIER
+    if stale_rule and not candidate:
+        return NOT_CANDIDATE
     if no_route:
         return UNREACHABLE
     if stale_rule and step > me.due_at:
@@ -105,14 +106,14 @@ def _cause(me, frontier, no_route, stale_rule, step):  # type: ignore[no-untyped
 
 
 @kernel
-def find_stale(own, ear, heard, notices, status, routes, rules, step, events):  # type: ignore[no-untyped-def]
+def find_stale(own, ear, heard, notices, marks, routes, rules, step, events):  # type: ignore[no-untyped-def]
     """Each leader decides whether its team needs a new destination; `cause` says why.
 
     What it gives up goes into its notice, for its team to avoid.
 
     Args:
         own: MIND[N], written: cause, destination; ear, heard, notices: see ``Knowledge``.
-        status: uint8[R, C'], see ``OccupancyGrids``.
+        marks: uint8[R, C'], which cells are candidates, see ``CheckedTask``.
         routes: ROUTE[N], see ``RouteTable``.
         rules: RENEWAL[1]; step: the current step; events: see ``EventLog``.
 
@@ -125,12 +126,12 @@ def find_stale(own, ear, heard, notices, status, routes, rules, step, events):  
     for i in range(own.shape[0]):
         me = own[i]
         notices[i].given_up = -1
-        if not me.thinks or me.leader != i or me.mode == CHARGE:
+        if not me.thinks or me.leader != i or not is_on_task(me.mode):
             me.cause = NO_CAUSE
             continue
         cell = me.destination
-        frontier = cell >= 0 and status[ear[i], cell] & rules.frontier_bit != 0
-        me.cause = _cause(me, frontier, routes[i].failed_until > 0, rules.stale_rule, step)
+        candidate = cell >= 0 and marks[ear[i], cell] & rules.candidate_bit != 0
+        me.cause = _cause(me, candidate, routes[i].failed_until > 0, rules.stale_rule, step)
         if me.cause == NO_CAUSE:
             continue
         asking += 1
@@ -138,7 +139,7 @@ def find_stale(own, ear, heard, notices, status, routes, rules, step, events):  
             continue
         me.destination = -1
         note(events, DROP, i, me.cause, cell)
-        if rules.avoid_steps > 0 and me.cause != NOT_FRONTIER and frontier:
+        if rules.avoid_steps > 0 and me.cause != NOT_CANDIDATE and candidate:
             notices[i].given_up = cell
             notices[i].avoid_until = step + rules.avoid_steps
     return asking
@@ -179,7 +180,7 @@ def share_destinations(own, ear, heard, notices, step):  # type: ignore[no-untyp
         if (
             me.thinks
             and leader != i
-            and me.mode != CHARGE
+            and is_on_task(me.mode)
             and heard[ear[i], leader].step == step
             and notices[leader].step == step
             and notices[leader].team == me.team

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.comms.knowledge import Knowledge
-from swarmscout.core.enums import CHARGE
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.events import EventLog
 from swarmscout.core.grid import GridFrame
@@ -39,9 +38,10 @@ from swarmscout.destinations.renewal import (
 )
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.destinations.view import LeaderView
-from swarmscout.mapping.occupancy import FRONTIER
 from swarmscout.minds.minds import Minds
+from swarmscout.minds.modes import on_task
 from swarmscout.planning.routes import Planner
+from swarmscout.tasks.checked_task import CheckedTask
 
 __all__ = ["Destinations", "Setting"]
 
@@ -85,6 +85,7 @@ class Destinations:
         renewal: when a destination is renewed.
         dispersal: how members fan out.
         setting: see above.
+        task: says which cells are worth heading for.
     """
 
     def __init__(
@@ -94,6 +95,7 @@ class Destinations:
         renewal: RenewalParameters,
         dispersal: DispersalParameters,
         setting: Setting,
+        task: CheckedTask,
     ) -> None:
         self.selector = selector
         self.name = name
@@ -101,15 +103,17 @@ class Destinations:
         self.seconds = 0.0
         self.ask: Ask | None = None
         self.waiting = Waiting(setting.latency_steps)
+        self._task = task
         self._counts = TalkCounts()
         self._headings = setting.headings
         self._forward_m = setting.forward_m
         self._renewal = renewal
         self._views = ViewSettings(setting.seed, setting.centre, len(setting.headings))
         self._scratch = Scratch(setting.frame)
-        self._rules = _record(RENEWAL, setting.frame, renewal)
-        self._fan = _record(FAN, setting.frame, renewal) if dispersal.members == "fan" else None
-        if self._fan is not None:
+        self._rules = _record(RENEWAL, setting.frame, renewal, task)
+        self._fan = None
+        if dispersal.members == "fan":
+            self._fan = _record(FAN, setting.frame, renewal, task)
             self._fan["fan_m"], self._fan["turn_m"] = dispersal.fan_m, dispersal.fan_turn_m
             self._fan["apart_m"] = dispersal.fan_apart_m
 
@@ -123,15 +127,16 @@ class Destinations:
 
         Raises:
             SelectorError: the selector failed, or chose a cell that is not a frontier of its view.
+            TaskError: the task failed.
         """
         started = perf_counter()
         own, ear, heard, notices = minds.own, knowledge.ear, knowledge.heard, knowledge.notices
-        previous = minds.destination.copy()
+        grids, previous = knowledge.grids, minds.destination.copy()
+        marks = self._task.marks(grids, ear, step)
         knowledge.tell(minds, step)
         report_reached(own, notices, self._rules)
         asking = find_stale(
-            own, ear, heard, notices, knowledge.grids.status, planner.table.state, self._rules,
-            step, events.rows,
+            own, ear, heard, notices, marks, planner.table.state, self._rules, step, events.rows,
         )  # fmt: skip
         decisions: list[Decision] = []
         leaders = own["cause"].nonzero()[0].tolist() if asking else []
@@ -139,7 +144,10 @@ class Destinations:
             avoid_given_up(own, ear, heard, notices, minds.avoided, minds.avoided_next, step)
         leaders += self._answered(minds, step, leaders)
         if leaders:
-            views = LeaderViews(minds, knowledge, planner, self._views, self._scratch, step)
+            candidates = partial(self._task.cells, grids, marks)
+            views = LeaderViews(
+                minds, knowledge, planner, self._views, self._scratch, candidates, step
+            )
             asked = [views.of(leader, int(previous[leader])) for leader in sorted(leaders)]
             able = [view for view in asked if view is not None]
             for view, choice in zip(able, self._choices(able, step), strict=True):
@@ -148,9 +156,7 @@ class Destinations:
             knowledge.tell(minds, step)
         share_destinations(own, ear, heard, notices, step)
         if self._fan is not None:
-            fan_out(
-                own, ear, heard, notices, knowledge.grids.status, self._headings, self._fan, step
-            )
+            fan_out(own, ear, heard, notices, marks, self._headings, self._fan, step)
         self.seconds = perf_counter() - started
         return decisions
 
@@ -163,7 +169,7 @@ class Destinations:
         found = []
         for robot in self.waiting.arriving(step):
             me = minds.own[robot]
-            if not me["thinks"] or me["leader"] != robot or me["mode"] == CHARGE:
+            if not me["thinks"] or me["leader"] != robot or not on_task(me["mode"]):
                 self.waiting.drop(robot)
             elif robot not in asking:
                 found.append(robot)
@@ -246,15 +252,15 @@ class Destinations:
 
 
 def _record(
-    dtype: np.dtype[np.void], frame: GridFrame, renewal: RenewalParameters
+    dtype: np.dtype[np.void], frame: GridFrame, renewal: RenewalParameters, task: CheckedTask
 ) -> NDArray[np.void]:
     """Rules as an argument of kernels: one record, in an array, which costs the least per call."""
     record = np.zeros(1, dtype=dtype)
     for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
         if name in (dtype.names or ()):
             record[name] = getattr(frame, name)
-    record["frontier_bit"] = FRONTIER
-    record["reach_m"] = renewal.reach_m
+    record["candidate_bit"] = task.bit
+    record["reach_m"] = renewal.reach_m if task.reach_m is None else task.reach_m
     if dtype is RENEWAL:
         record["stale_rule"] = renewal.rule == "stale"
         record["avoid_steps"] = renewal.avoid_steps

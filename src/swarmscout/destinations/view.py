@@ -48,8 +48,9 @@ class LeaderView:
         position_m: the team's position: the leader's, or the mean of its members'.
         charge: the leader's charge as a share of the capacity.
         frame: where the map lies.
-        frontiers: int64[F, 2], the cells to choose from: frontiers of the leader's map, but for
-            those that its team gave up lately; by row and then by column. F ≥ 1.
+        frontiers: int64[F, 2], the cells to choose from: the task's candidates in the leader's
+            map (in exploration its frontiers), but for those that its team gave up lately; by row
+            and then by column. F ≥ 1.
         frontiers_m: float64[F, 2], their centres in metres.
         members: int64[n], robots of the team, the leader among them.
         members_m: float64[n, 2], where they were last heard.

@@ -202,6 +202,11 @@ class BeliefView:
         view.flags.writeable = False
         return view
 
+    @property
+    def frontier_count(self) -> int:
+        """How many frontier cells there are."""
+        return self._grids.frontier_count(self._m)
+
     def frontiers(self) -> NDArray[np.int64]:
         """int64[n, 2]: frontier cells (row, col), by row and then by column."""
         return self.frame.unflat_many(self._grids.frontiers(self._m))

@@ -5,9 +5,22 @@ from __future__ import annotations
 from swarmscout.core.enums import CHARGE, EXPLORE
 from swarmscout.core.enums import MODE as MODE_EVENT
 from swarmscout.core.events import note
-from swarmscout.core.jit import kernel
+from swarmscout.core.jit import inlined, kernel
 
-__all__ = ["choose_modes"]
+__all__ = ["choose_modes", "is_on_task", "on_task"]
+
+
+def on_task(mode):  # type: ignore[no-untyped-def]
+    """Whether robots work on the swarm's task; those that charge do not.
+
+    Args:
+        mode: a code of MODES, or an array of them.
+    """
+    return mode == EXPLORE
+
+
+is_on_task = inlined(on_task)
+"""The same for kernels, of one robot's mode."""
 
 
 @kernel

@@ -40,6 +40,10 @@ from swarmscout.robots.radio.registry import RADIOS
 from swarmscout.robots.sensors.parameters import sensor_parameters
 from swarmscout.robots.sensors.registry import SENSORS
 from swarmscout.robots.sensors.sensor import Sensing, Sensor
+from swarmscout.tasks.checked_task import CheckedTask
+from swarmscout.tasks.parameters import task_parameters
+from swarmscout.tasks.registry import TASKS
+from swarmscout.tasks.task import Task
 from swarmscout.teams.desired_size import DesiredSizes
 from swarmscout.teams.formation import TeamFormation
 from swarmscout.teams.policy import DesiredSizePolicy
@@ -54,7 +58,6 @@ if TYPE_CHECKING:
     from swarmscout.llm.dispatcher import Dispatcher
 
 __all__ = [
-    "complete",
     "make_asker",
     "make_bodies",
     "make_charger",
@@ -73,52 +76,9 @@ __all__ = [
     "make_radio",
     "make_rule",
     "make_sensing",
+    "make_task",
     "return_reserve",
 ]
-
-
-def complete(
-    scenario: object,
-    seed: int | None,
-    selector: object = None,
-    policy: object = None,
-    sensor: object = None,
-    radio: object = None,
-) -> Scenario:
-    """A scenario with what a mission was given besides.
-
-    Args:
-        scenario: what is run. seed: instead of its own. selector: instead of its ``destinations``.
-        policy: instead of its ``teams.policy``. sensor: instead of its ``sensor``.
-        radio: instead of its ``radio``.
-
-    Raises:
-        ScenarioError: this is no scenario, or the seed is impossible.
-        SelectorError: the selector is an object of another kind.
-        PolicyError: the policy is.
-        SensorError: the sensor is.
-    """
-    if not isinstance(scenario, Scenario):
-        example = f"world={scenario!r}" if isinstance(scenario, str) else "robots=15"
-        raise ScenarioError(
-            f"a Mission is made of a Scenario, not of a {type(scenario).__name__}: "
-            f"Mission(Scenario({example}))"
-        )
-    changes: dict[str, Any] = {} if seed is None else {"seed": seed}
-    if selector is not None:
-        SELECTORS.check_object(selector)
-        changes |= {"destinations": IN_MEMORY + type(selector).__name__, "selector": {}}
-    if policy is not None:
-        POLICIES.check_object(policy)
-        teams = {**scenario.teams.model_dump(), "policy": IN_MEMORY + type(policy).__name__}
-        changes |= {"teams": teams, "policy": {}}
-    if sensor is not None:
-        SENSORS.check_object(sensor)
-        changes |= {"sensor": {"model": IN_MEMORY + type(sensor).__name__}}
-    if radio is not None:
-        RADIOS.check_object(radio)
-        changes |= {"radio": {"model": IN_MEMORY + type(radio).__name__}}
-    return Scenario(**{**scenario.model_dump(), **changes}) if changes else scenario
 
 
 def make_frame(world: World, scenario: Scenario) -> GridFrame:
@@ -265,12 +225,14 @@ def make_destinations(
     frame: GridFrame,
     base: Path | None,
     selector: Selector | None = None,
+    task: CheckedTask | None = None,
 ) -> Destinations:
     """The rule that chooses destinations, and when it is asked.
 
     Args:
         scenario: which rule. frame: the occupancy grids'. base: folder for its file.
         selector: the rule itself, if at hand.
+        task: says what is worth heading for; by default the scenario's.
 
     Raises:
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
@@ -286,7 +248,22 @@ def make_destinations(
         scenario.llm.latency_steps,
         scenario.teams.position == "center",
     )
-    return Destinations(rule, rule_name(name), scenario.renewal, scenario.teams, setting)
+    task = task or make_task(scenario, base)
+    return Destinations(rule, rule_name(name), scenario.renewal, scenario.teams, setting, task)
+
+
+def make_task(scenario: Scenario, base: Path | None, task: Task | None = None) -> CheckedTask:
+    """The task.
+
+    Args:
+        scenario: which task. base: folder for its file. task: the task itself, if at hand.
+
+    Raises:
+        TaskError: there is no such task, or it does not take the scenario's parameters.
+    """
+    name = scenario.task.model
+    rule = task or TASKS.make(name, task_parameters(scenario.task), base)
+    return CheckedTask(rule, rule_name(name).removeprefix(IN_MEMORY))
 
 
 def make_rule(scenario: Scenario, base: Path | None) -> Selector:

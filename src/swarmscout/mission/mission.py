@@ -25,6 +25,7 @@ from swarmscout.mapping.scan_evidence import observe
 from swarmscout.minds.minds import blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import build
+from swarmscout.mission.plug_ins import complete
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.validation import HandCheck
 from swarmscout.robots.battery import spend_or_charge
@@ -32,6 +33,7 @@ from swarmscout.robots.localization import Localization
 from swarmscout.robots.radio.full import Full
 from swarmscout.robots.radio.radio import Radio, links_now
 from swarmscout.robots.sensors.sensor import Sensor
+from swarmscout.tasks.task import Task
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.catalogue import load_world
 from swarmscout.worlds.placement import place_stations
@@ -57,6 +59,7 @@ class Mission:
         policy: overrides the scenario's ``teams.policy``; an object with a method ``desired``.
         sensor: overrides the scenario's ``sensor``; an object with a method ``scan``.
         radio: overrides the scenario's ``radio``; an object with a method ``links``.
+        task: overrides the scenario's ``task``; an object with a method ``candidates``.
         model: answers a selector that asks a language model; None: what the scenario's section
             ``llm`` and the environment name.
 
@@ -68,6 +71,7 @@ class Mission:
             (:class:`~swarmscout.comms.knowledge.Knowledge`).
         map, map_of: what the swarm knows together, and what one robot knows.
         own_maps: whether maps of robots can differ.
+        task: what the swarm is to do (:class:`~swarmscout.tasks.checked_task.CheckedTask`).
         by_hand: which arguments were given that no scenario can name: ``links``, ``model``.
         stations_m: float64[k, 2], charging stations.
         step_number: steps made so far. explored_m2: area explored so far.
@@ -96,9 +100,10 @@ class Mission:
         policy: DesiredSizePolicy | None = None,
         sensor: Sensor | None = None,
         radio: Radio | None = None,
+        task: Task | None = None,
         model: Model | None = None,
     ) -> None:
-        scenario = build.complete(scenario, seed, selector, policy, sensor, radio)
+        scenario = complete(scenario, seed, selector, policy, sensor, radio, task)
         # Of any other kind of argument than a world or its name, loading says what is wrong.
         place = scenario.world if world is None else world
         self.world = load_world(place, seed=scenario.world_seed, base=base)
@@ -124,7 +129,8 @@ class Mission:
         self.knowledge = Knowledge(scenario.robots, build.make_grids(scenario, self.frame))
         self.sizes = build.make_desired_sizes(scenario, base, policy)
         self.formation = build.make_formation(scenario)
-        self.destinations = build.make_destinations(scenario, self.frame, base, selector)
+        self.task = build.make_task(scenario, base, task)
+        self.destinations = build.make_destinations(scenario, self.frame, base, selector, self.task)
         self.asker = build.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
         self.planner = build.make_planner(scenario, self.frame, self.stations_m)
@@ -161,6 +167,7 @@ class Mission:
             SelectorError: the selector failed.
             PolicyError: the policy failed.
             SensorError: the sensor failed.
+            TaskError: the task failed.
             ScenarioError: the mission is over, its radio failed, or something impossible was
                 written into it.
         """
@@ -240,11 +247,13 @@ class Mission:
             "rules_version": RULES_VERSION,
             "world": self.world.name,
             "start": scenario.start,
+            "task": self.task.name,
             "selector": self.destinations.name,
             "robots": scenario.robots,
             "seed": scenario.seed,
             "steps": self.step_number,
             "end_reason": self.end_reason,
+            "score": self.task.score(self.map, self.explored_m2),
             **self.judge.summary(self.minds, self.swarm),
             **self._llm_summary(),
         }
@@ -314,16 +323,13 @@ class Mission:
             self._recorder.record(record)
 
     def _why_over(self) -> str | None:
-        if self.judge.mobile == 0:
+        judge = self.judge
+        if judge.mobile == 0:
             return "no robot able to move"
-        if self.judge.explored_m2 >= self.judge.reachable_m2 - 1e-9:
-            return "everything reachable explored"
-        # Before the first cell is known to be free there is no frontier either.
-        if self.swarm.frontier_count(0) == 0 and self.judge.explored_m2 > 0.0:
-            return "no frontier left"
-        if self.step_number >= self.scenario.steps:
+        reason = self.task.done(self.swarm.view(0), judge.explored_m2, judge.reachable_m2)
+        if reason is None and self.step_number >= self.scenario.steps:
             return "steps used up"
-        return None
+        return reason
 
     def _record(
         self, changes: tuple[NDArray[np.int64], NDArray[np.int64]], seconds: dict[str, float]

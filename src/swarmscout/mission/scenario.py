@@ -19,6 +19,7 @@ from swarmscout.planning.parameters import RouteParameters
 from swarmscout.robots.parameters import BatteryParameters, BodyParameters
 from swarmscout.robots.radio.parameters import RadioParameters
 from swarmscout.robots.sensors.parameters import FanParameters, SensorParameters
+from swarmscout.tasks.parameters import TaskParameters
 from swarmscout.teams.parameters import TeamParameters
 
 __all__ = ["Scenario", "TeamSection"]
@@ -47,6 +48,7 @@ class Scenario(Parameters):
     destinations: str = Field("quantile", min_length=1, description="a selector, or FILE.py:NAME")
     selector: dict[str, Any] = Field(default_factory=dict, description="parameters of the selector")
     policy: dict[str, Any] = Field(default_factory=dict, description="parameters of the policy")
+    task: TaskParameters = TaskParameters()
     body: BodyParameters = BodyParameters()
     sensor: SensorParameters = FanParameters()
     battery: BatteryParameters = BatteryParameters()

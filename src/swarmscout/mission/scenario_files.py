@@ -22,6 +22,9 @@ from swarmscout.mission.scenario import Scenario
 __all__ = ["load_scenario", "make_scenario", "named_scenarios", "parse_toml", "scenario_toml"]
 
 
+_PLUG_IN_KEYS = (("teams", "policy"), ("sensor", "model"), ("radio", "model"), ("task", "model"))
+
+
 def named_scenarios() -> tuple[str, ...]:
     """Names of the scenarios that come with the package."""
     folder = resources.files("swarmscout.mission") / "scenarios"
@@ -58,7 +61,7 @@ def load_scenario(
         if isinstance(world, str) and _is_there(folder / world):
             data["world"] = str((folder / world).resolve())
         _find_rule(data, "destinations", folder)
-        for section, key in (("teams", "policy"), ("sensor", "model"), ("radio", "model")):
+        for section, key in _PLUG_IN_KEYS:
             if isinstance(data.get(section), dict):
                 _find_rule(data[section], key, folder)
     return make_scenario(data, overrides, where=where, origins=origins)

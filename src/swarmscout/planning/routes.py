@@ -15,7 +15,8 @@ from swarmscout.minds.minds import Minds
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.following import DRIVING, find_needs, mark_standing, steer
 from swarmscout.planning.route_table import RouteTable, blank_routes
-from swarmscout.planning.search import Search, plan_routes, route_cost_field
+from swarmscout.planning.search import plan_routes, route_cost_field
+from swarmscout.planning.search_memory import Search
 
 __all__ = ["Planner", "Vehicle"]
 

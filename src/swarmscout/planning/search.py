@@ -26,51 +26,15 @@ import numpy as np
 
 from swarmscout.core.enums import ROUTE as ROUTE_EVENT
 from swarmscout.core.events import note
-from swarmscout.core.grid import GridFrame
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.route_table import STATION
+from swarmscout.planning.search_memory import BUCKETS
 
-__all__ = ["NODE", "SEARCH", "Search", "plan_routes", "route_cost_field"]
-
-NODE = np.dtype(
-    [
-        ("mark", "i8"),  # in which search the cell was touched last, with flags below
-        ("cost", "i8"),  # its cost there
-        ("before", "i4"),  # the open cells before and after it in its bucket (negative: none)
-        ("after", "i4"),
-        ("bucket", "i4"),  # the number of the bucket
-        ("unused", "i4"),
-    ],
-    align=True,
-)
-"""What the search keeps of a cell, in one place: it spends its time fetching this."""
-
-SEARCH = np.dtype(
-    [
-        ("straight", "i8"),  # the attributes of RouteCosts
-        ("diagonal", "i8"),
-        ("base", "i8"),
-        ("least", "i8"),
-        ("standing", "i8"),
-        ("bits", "i8"),  # of a cost that a bucket spans: a move changes a cost, with its
-        # heuristic, by less than half of all buckets
-        ("columns", "i8"),  # of the grid
-        ("count", "i8"),  # counts searches
-        ("filled_low", "i8"),  # the first and last row of the grid with tolls of a map
-        ("filled_high", "i8"),
-    ],
-    align=True,
-)
-"""Costs, and what persists between searches."""
+__all__ = ["plan_routes", "route_cost_field"]
 
 # Flags of a node in the running search; the search's number stands above them.
 REACHED, SETTLED, START, OPEN = 1, 2, 4, 8
 FLAG_BITS = 4
-
-BUCKETS = 256
-UNKNOWN_PRICE = 500
-OUTSIDE = -(1 << 30)
 
 DIAGONAL_FIRST = 4
 # Orthogonal neighbours first, then diagonal ones: the fixed order among equally good routes.
@@ -78,34 +42,6 @@ ROW_STEP = np.array([0, 1, 0, -1, 1, 1, -1, -1], dtype=np.int64)
 COL_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1], dtype=np.int64)
 # Which orthogonal neighbours (as bits) a diagonal move passes between.
 BETWEEN = np.array([0, 0, 0, 0, 0b0011, 0b0110, 0b1100, 0b1001], dtype=np.int64)
-
-
-class Search:
-    """Scratch memory of the search over one grid, reused from call to call.
-
-    The grid has a rim of one cell here, so that no neighbour has to be looked for outside: P cells.
-
-    Attributes:
-        toll: int32[P], what a cell costs per metre in 1/1000; negative: only for robots that stand
-            there already.
-        nodes: NODE[P].
-        buckets: int32[BUCKETS], the first cell of each, used in turn; -1 for none.
-        state: SEARCH[1].
-    """
-
-    def __init__(self, frame: GridFrame, costs: RouteCosts) -> None:
-        size = (frame.rows + 2) * (frame.columns + 2)
-        self.toll = np.full(size, OUTSIDE, dtype=np.int32)
-        self.nodes = np.zeros(size, dtype=NODE)
-        self.buckets = np.full(BUCKETS, -1, dtype=np.int32)
-        most = 4 * costs.diagonal * (costs.base + 1000 + costs.standing)
-        self.state = np.zeros(1, dtype=SEARCH)
-        state = self.state[0]
-        for name in ("straight", "diagonal", "base", "least", "standing"):
-            state[name] = getattr(costs, name)
-        state["bits"] = max(0, most.bit_length() - (BUCKETS.bit_length() - 2))
-        state["columns"] = frame.columns
-        state["filled_high"] = frame.rows - 1
 
 
 @inlined

@@ -5,17 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from swarmscout.core.errors import RunError
-from swarmscout.destinations.registry import SELECTORS
+from swarmscout.mission.plug_ins import PLUG_INS
 from swarmscout.mission.scenario import Scenario
 from swarmscout.recording.table_files import write_whole
-from swarmscout.robots.sensors.registry import SENSORS
-from swarmscout.teams.registry import POLICIES
 
 __all__ = ["keep_rules"]
 
 
 def keep_rules(scenario: Scenario, base: Path | None, folder: Path) -> Scenario:
-    """Copy the files of a selector, a policy and a sensor that a user wrote.
+    """Copy the files of all plug-ins that a user wrote.
 
     Args:
         scenario: the mission's scenario.
@@ -30,29 +28,19 @@ def keep_rules(scenario: Scenario, base: Path | None, folder: Path) -> Scenario:
         RunError: a copy cannot be written.
     """
     copied: dict[str, Path] = {}
-
-    def keep(kind: str, rule: str, file: Path | None) -> str:
+    for kind in PLUG_INS:
+        rule = kind.name(scenario)
+        file = kind.registry.file(rule, base)
         if file is None:
-            return rule
+            continue
         # Two files of the same name can lie in different folders.
         name = file.name
         if copied.setdefault(name, file.resolve()) != file.resolve():
-            name = f"{kind}_{name}"
+            name = f"{kind.registry.noun}_{name}"
             copied[name] = file.resolve()
         _copy(file, folder / name)
-        return f"{name}:{rule.rpartition(':')[2]}"
-
-    selector, policy, model = scenario.destinations, scenario.teams.policy, scenario.sensor.model
-    selector = keep("selector", selector, SELECTORS.file(selector, base))
-    policy = keep("policy", policy, POLICIES.file(policy, base))
-    model = keep("sensor", model, SENSORS.file(model, base))
-    return scenario.model_copy(
-        update={
-            "destinations": selector,
-            "teams": scenario.teams.model_copy(update={"policy": policy}),
-            "sensor": scenario.sensor.model_copy(update={"model": model}),
-        }
-    )
+        scenario = kind.renamed(scenario, f"{name}:{rule.rpartition(':')[2]}")
+    return scenario
 
 
 def _copy(file: Path, to: Path) -> None:

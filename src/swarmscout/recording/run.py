@@ -25,7 +25,7 @@ from swarmscout.recording.decisions import read_text
 from swarmscout.recording.json_files import RUN, SUMMARY, read_json
 from swarmscout.recording.own_maps import GatheredEvidence, OwnMaps
 from swarmscout.recording.run_folder import SCENARIO, as_path
-from swarmscout.recording.table_checks import fault_of
+from swarmscout.recording.table_checks import check_number, fault_of
 from swarmscout.recording.tables import FORMAT, LEVELS, empty_table
 from swarmscout.worlds.ground_plane import pitch_and_roll, stand
 
@@ -254,10 +254,7 @@ class Run:
         """
         last = self.last_step
         wanted = last if step is None else step
-        if isinstance(wanted, bool) or not isinstance(wanted, int | np.integer):
-            raise RunError(f"step = {step!r}: expected a whole number, 0 to {last}")
-        if not 0 <= wanted <= last:
-            raise RunError(f"there is no step {wanted}: the run holds steps 0 to {last}")
+        check_number("step", wanted, last)
         if robot is not None:
             self.check_robot(robot)
             if self.own_maps:
@@ -292,11 +289,7 @@ class Run:
         Raises:
             RunError: the robot does not exist.
         """
-        last = self.scenario.robots - 1
-        if isinstance(robot, bool) or not isinstance(robot, int | np.integer):
-            raise RunError(f"robot = {robot!r}: expected a whole number, 0 to {last}")
-        if not 0 <= robot <= last:
-            raise RunError(f"there is no robot {robot}: the run has robots 0 to {last}")
+        check_number("robot", robot, self.scenario.robots - 1)
 
     def world(self) -> World:
         """The world that the mission ran in.
@@ -384,10 +377,9 @@ def _check_agreement(run: Run) -> None:
     Raises:
         RunError: they do not.
     """
-    facts, frame, robots = run.facts, run.frame, run.scenario.robots
-    fault = None
-    if facts.get("robots") != robots:
-        fault = f"it has {facts.get('robots')} robots, the scenario {robots}"
+    facts, frame, fault = run.facts, run.frame, None
+    if facts.get("robots") != run.scenario.robots:
+        fault = f"it has {facts.get('robots')} robots, the scenario {run.scenario.robots}"
     elif not set(run.tables) <= set(LEVELS[run.level]):
         fault = f"tables {', '.join(map(str, run.tables))} are not those of level '{run.level}'"
     elif not all(isinstance(facts["frame"][key], int) for key in ("rows", "columns")) or not (

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from swarmscout.core.errors import RunError
 from swarmscout.recording.tables import TABLES
 
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["fault_of"]
+__all__ = ["check_number", "fault_of"]
 
 
 def fault_of(frame: pl.DataFrame, table: str, robots: int, cells: int) -> str | None:
@@ -50,3 +51,15 @@ def _order(frame: pl.DataFrame, table: str, robots: int) -> str | None:
     if table == "steps" and (frame["robot"].to_numpy() != np.arange(len(step)) % robots).any():
         return "robots are missing"
     return None
+
+
+def check_number(noun: str, number: object, last: int) -> None:
+    """Check that a step or a robot is one of 0 … last.
+
+    Raises:
+        RunError: it is not.
+    """
+    if isinstance(number, bool) or not isinstance(number, int | np.integer):
+        raise RunError(f"{noun} = {number!r}: expected a whole number, 0 to {last}")
+    if not 0 <= number <= last:
+        raise RunError(f"there is no {noun} {number}: the run has {noun}s 0 to {last}")

@@ -33,6 +33,7 @@ class Metric:
 METRICS: dict[str, Metric] = {
     "explored_m2": Metric("explored area", "m²", 1),
     "explored_fraction": Metric("explored share of the reachable area", "", 1),
+    "score": Metric("score of the task", "", 1),
     "auc_m2": Metric("explored area, mean over the mission", "m²", 1),
     "limit_share": Metric("share of the sensing limit", "", 1),
     "overlap_ratio": Metric("share of cells seen by more than one robot", "", -1),

@@ -9,22 +9,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 from swarmscout.core.errors import StudyError, SwarmscoutError
-from swarmscout.destinations.registry import make_selector
 from swarmscout.mission.mission import RULES_VERSION
+from swarmscout.mission.plug_ins import PLUG_INS, PlugIn
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import load_scenario, make_scenario
 from swarmscout.recording.run_folder import default_name
-from swarmscout.robots.radio.parameters import radio_parameters
-from swarmscout.robots.radio.registry import RADIOS
-from swarmscout.robots.sensors.parameters import sensor_parameters
-from swarmscout.robots.sensors.registry import SENSORS
 from swarmscout.studies.study_file import (
     PATH_KEYS,
     Axis,
@@ -34,7 +29,6 @@ from swarmscout.studies.study_file import (
     changes_of,
     refuse_fifo,
 )
-from swarmscout.teams.registry import make_policy
 from swarmscout.worlds.catalogue import NAMED_TUBES, load_world
 
 __all__ = ["PlannedMission", "base_scenario", "expand", "scenario_of"]
@@ -91,22 +85,15 @@ def expand(
     for values in product(*(range(len(axis.values)) for axis in axes)):
         first = scenario_of(axes, base, folder, values, declared.first_seed)
         try:
-            files = [
-                _check_world(first, known_good),
-                _check_rule("destinations", first.destinations, first.selector, known_good),
-                _check_rule("policy", first.teams.policy, first.policy, known_good),
-                _check_rule(
-                    "sensor", first.sensor.model, sensor_parameters(first.sensor), known_good
-                ),
-                _check_rule("radio", first.radio.model, radio_parameters(first.radio), known_good),
-            ]
+            world = _check_world(first, known_good)
+            files = [_check_rule(kind, first, known_good) for kind in PLUG_INS]
         except SwarmscoutError as error:
             raise StudyError(f"{_where(axes, values)}: {error}") from None
         for trial in range(declared.trials):
             scenario = first.model_copy(update={"seed": declared.first_seed + trial})
             planned.append(
                 PlannedMission(
-                    name=_name(scenario, files, declared.record),
+                    name=_name(scenario, world, files, declared.record),
                     values=values,
                     world=scenario.world,
                     world_seed=scenario.world_seed,
@@ -160,39 +147,27 @@ def _check_world(scenario: Scenario, known: dict[Any, str]) -> str:
     return known[key]
 
 
-_MAKERS: dict[str, Callable[..., object]] = {
-    "destinations": make_selector,
-    "policy": make_policy,
-    "sensor": SENSORS.make,
-    "radio": RADIOS.make,
-}
-
-
-def _check_rule(kind: str, name: str, parameters: dict[str, Any], known: dict[Any, str]) -> str:
+def _check_rule(kind: PlugIn, scenario: Scenario, known: dict[Any, str]) -> str:
     """A digest of a plug-in's file; empty for a registered one."""
-    key = (kind, name, json.dumps(parameters, sort_keys=True, default=str))
+    name, parameters = kind.name(scenario), kind.parameters(scenario)
+    key = (kind.registry.noun, name, json.dumps(parameters, sort_keys=True, default=str))
     if key not in known:
-        _MAKERS[kind](name, parameters)
+        kind.registry.make(name, parameters)
         path, colon, _ = name.rpartition(":")
         is_file = colon and path.endswith(".py")
         known[key] = hashlib.sha256(Path(path).read_bytes()).hexdigest() if is_file else ""
     return known[key]
 
 
-def _name(scenario: Scenario, files: list[str], record: str) -> str:
+def _name(scenario: Scenario, world: str, files: list[str], record: str) -> str:
     """``<world>-<selector>-n<robots>-s<seed>-<digest>``."""
-    data = scenario.model_dump(mode="json")
-    world, selector, policy, sensor, radio = files
+    named = scenario
     # A file is identified by its contents, not by its path.
+    for kind, digest in zip(PLUG_INS, files, strict=True):
+        if digest:
+            named = kind.renamed(named, f"{kind.name(scenario).rpartition(':')[2]} {digest}")
+    data = named.model_dump(mode="json")
     if world:
         data["world"] = world
-    if selector:
-        data["destinations"] = f"{scenario.destinations.rpartition(':')[2]} {selector}"
-    if policy:
-        data["teams"]["policy"] = f"{scenario.teams.policy.rpartition(':')[2]} {policy}"
-    if sensor:
-        data["sensor"]["model"] = f"{scenario.sensor.model.rpartition(':')[2]} {sensor}"
-    if radio:
-        data["radio"]["model"] = f"{scenario.radio.model.rpartition(':')[2]} {radio}"
     text = json.dumps([data, RULES_VERSION, record], sort_keys=True)
     return f"{default_name(scenario)}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"

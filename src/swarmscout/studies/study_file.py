@@ -216,7 +216,10 @@ def study_toml(declared: StudyFile, folder: Path, header: Mapping[str, Any]) -> 
     return tomli_w.dumps({**data, "swarmscout": dict(header)})
 
 
-PATH_KEYS = ("world", "destinations", "teams.policy", "sensor.model", "llm.cassette")
+PATH_KEYS = (
+    "world", "destinations", "teams.policy", "sensor.model", "radio.model", "task.model",
+    "llm.cassette",
+)  # fmt: skip
 """Keys whose values may name a file."""
 
 

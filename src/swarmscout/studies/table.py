@@ -26,7 +26,7 @@ __all__ = ["area_curve", "area_curves", "missions_table", "summary_columns"]
 
 # Columns of the plan, or of tables of their own: not taken from summaries.
 _NOT_MEASURED = {
-    "version", "rules_version", "robots", "seed", "world", "start", "selector", "teams",
+    "version", "rules_version", "robots", "seed", "world", "start", "task", "selector", "teams",
     "area_at_step", "time_to",
 }  # fmt: skip
 

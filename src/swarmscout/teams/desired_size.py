@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.comms.knowledge import Knowledge
-from swarmscout.core.enums import CHARGE
 from swarmscout.core.errors import PolicyError
 from swarmscout.core.jit import kernel
 from swarmscout.core.tracebacks import describe_error
 from swarmscout.minds.minds import Minds
+from swarmscout.minds.modes import is_on_task
 from swarmscout.teams.policy import LARGEST, DesiredSizePolicy
 from swarmscout.teams.robots_view import RobotsView
 
@@ -32,7 +32,7 @@ def take_sizes(own, answer, largest):  # type: ignore[no-untyped-def]
     for i in range(own.shape[0]):
         if answer[i] < 1 or answer[i] > largest:
             return i
-        own[i].desired = 1 if own[i].mode == CHARGE else answer[i]
+        own[i].desired = answer[i] if is_on_task(own[i].mode) else 1
     return -1
 
 

@@ -16,11 +16,12 @@ from __future__ import annotations
 import numpy as np
 
 from swarmscout.comms.knowledge import Knowledge
-from swarmscout.core.enums import CHARGE, JOIN, LEAVE
+from swarmscout.core.enums import JOIN, LEAVE
 from swarmscout.core.enums import LEADER as LEADER_EVENT
 from swarmscout.core.events import EventLog, note
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.minds.minds import Minds
+from swarmscout.minds.modes import is_on_task
 from swarmscout.teams.parameters import TeamParameters
 
 __all__ = ["TALLY", "TEAM_RULES", "TeamFormation", "elect_and_pick", "leave_and_join"]
@@ -181,7 +182,7 @@ def leave_and_join(own, heard, listeners, groups, tally, step, rules, events):  
             leader = row[i].leader
             team = tally[leader]
             me.size = team.members
-            if me.mode == CHARGE:
+            if not is_on_task(me.mode):
                 me.destination = -1
                 if leader != i or team.members > 1:
                     _leave(own, i, step, events)

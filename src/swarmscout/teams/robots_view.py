@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.comms.knowledge import Knowledge
-from swarmscout.core.enums import CHARGE
 from swarmscout.core.jit import kernel
 from swarmscout.mapping.occupancy import FRONTIER, FRONTIERS
 from swarmscout.minds.minds import Minds
+from swarmscout.minds.modes import on_task
 
 __all__ = ["RobotsView"]
 
@@ -128,7 +128,7 @@ class RobotsView:
     @property
     def exploring(self) -> NDArray[np.bool_]:
         """bool[N], whether the robot is in EXP mode; otherwise it charges or is on the way to."""
-        return _frozen(self._minds.mode != CHARGE)
+        return _frozen(on_task(self._minds.mode))
 
     @property
     def charge(self) -> NDArray[np.float64]:
@@ -214,7 +214,7 @@ class RobotsView:
         if "teams" not in self._found:
             heard = self._knowledge.heard
             leads = heard["leader"] == np.arange(len(self))
-            leads &= (heard["step"] >= 0) & (heard["mode"] != CHARGE)
+            leads &= (heard["step"] >= 0) & on_task(heard["mode"])
             counts = np.count_nonzero(leads, axis=1).astype(np.int64)
             self._found["teams"] = _frozen(counts[self._knowledge.ear])
         return self._found["teams"]  # type: ignore[no-any-return]

@@ -22,7 +22,7 @@ from swarmscout.minds.minds import Minds, blank_minds
 from swarmscout.mission import build
 from swarmscout.mission.scenario import Scenario
 
-__all__ = ["Situation", "leader_view", "made_up_swarm", "situations"]
+__all__ = ["Situation", "leader_view", "made_up_swarm", "patchy_map", "situations"]
 
 Cell = tuple[int, int]
 
@@ -124,7 +124,7 @@ def situations(seed: int = 0) -> Iterator[Situation]:
         seed: of the maps.
     """
     rng = stream(seed, "situations")
-    plain = _patchy_map(rng, 30, 40)
+    plain = patchy_map(rng, 30, 40)
     free = [(int(r), int(c)) for r, c in np.argwhere(plain == FREE)]
     spots = [free[k] for k in rng.permutation(len(free))[:8]]
     rest: dict[str, Any] = {"step": 21, "seed": seed}
@@ -167,7 +167,7 @@ def situations(seed: int = 0) -> Iterator[Situation]:
     prison[22, 12] = UNKNOWN
     yield Situation("some frontiers to which no route leads", leader_view(prison, (25, 30), **rest))
 
-    many = _patchy_map(rng, 60, 60, unknown=0.12)
+    many = patchy_map(rng, 60, 60, unknown=0.12)
     yield Situation("hundreds of frontiers", leader_view(many, (30, 30), **rest))
 
     edge = np.full((12, 12), UNKNOWN, dtype=np.uint8)
@@ -179,7 +179,7 @@ def situations(seed: int = 0) -> Iterator[Situation]:
     )
 
 
-def _patchy_map(
+def patchy_map(
     rng: np.random.Generator, rows: int, columns: int, unknown: float = 0.01
 ) -> NDArray[np.uint8]:
     """A round known region with occupied and unknown cells here and there."""

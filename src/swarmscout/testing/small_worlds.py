@@ -14,6 +14,7 @@ from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.robots.radio.radio import Radio
 from swarmscout.robots.sensors.sensor import Sensor
+from swarmscout.tasks.task import Task
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.world import World
 
@@ -72,6 +73,7 @@ def short_mission(
     policy: DesiredSizePolicy | None = None,
     sensor: Sensor | None = None,
     radio: Radio | None = None,
+    task: Task | None = None,
 ) -> Mission:
     """A mission of 80 steps in a small cave, with little charge, so that teams lose members.
 
@@ -81,7 +83,7 @@ def short_mission(
         own_maps: whether links come and go, and each robot has a map of its own.
         selector: chooses destinations; by default ``nearest``.
         policy: sets desired team sizes; by default the paper's.
-        sensor, radio: by default the paper's.
+        sensor, radio, task: by default the paper's.
     """
     scenario = Scenario.model_validate(
         {
@@ -107,4 +109,5 @@ def short_mission(
         policy=policy,
         sensor=sensor,
         radio=radio,
+        task=task,
     )
