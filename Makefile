@@ -10,7 +10,7 @@ BIN := $(VENV)/bin
 # Folder with extra worlds for the tests; they are skipped with a reason where it is not set.
 export SWARMSCOUT_EXTRA_WORLDS ?=
 
-.PHONY: demo test test-llm fuzz-llm package test-wheel test-pythons test-quick benchmark results clean
+.PHONY: demo test test-llm fuzz-llm package test-wheel test-pythons test-quick mutants benchmark results clean
 
 # A small mission, so that it takes two or three minutes; no time limit changes a decision.
 demo: $(VENV)/created
@@ -62,6 +62,12 @@ test-pythons:
 
 test-quick: $(VENV)/developed
 	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not local_llm"
+
+# Mutation testing, see tests/mutation/run.py; for example MUTANTS='--rooms comms,teams --sample 5'.
+MUTANTS ?= --sample 10
+mutants: $(VENV)/developed
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[mutation]'
+	$(BIN)/python tests/mutation/run.py $(MUTANTS)
 
 benchmark: $(VENV)/developed
 	$(BIN)/pip install --quiet --constraint constraints.txt '.[bench]'

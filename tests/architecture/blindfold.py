@@ -1,8 +1,8 @@
 """The blindfold test: change what robot i cannot know, and i decides the same.
 
-Two equal missions run to the same step. In one of them the truth is changed where nobody has ever
-sensed, and so is the private state of robots that i does not hear of it from. Then both take one
-more step, and all that robot i has in mind afterwards must be the same.
+Two equal missions run to the same step. In one of them the truth is changed where no robot has ever
+sensed, and so are the messages that robot i does not hear and other robots' private state. Then
+both take one more step, and all that robot i has in mind afterwards must be the same.
 """
 
 from __future__ import annotations
@@ -46,7 +46,12 @@ def run_to(
             "steps": 200,
             "seed": seed,
             "battery": {"capacity_steps": 150, "start_min": 0.3},
-            "teams": {"leave_rule": "charge" if sizes is None else "general"},
+            "teams": {
+                "leave_rule": "charge" if sizes is None else "general",
+                "members": "fan",
+                "fan_m": 5.0,
+            },
+            "renewal": {"reach_m": 1.0},
         }
     )
     mission = Mission(scenario, world=cave(seed), links=links, recorder=Decided())
@@ -136,7 +141,7 @@ def in_mind(mission: Mission, i: int) -> dict[str, Any]:
         "route": table.ahead(i).tolist(),
         "route cost": int(table.state["cost"][i]),
         "action": int(mission.action[i]),
-        "decisions": [d for d in mission.decided.last if d.leader == i],  # type: ignore[attr-defined]
+        "decisions": [fingerprint(d) for d in mission.decided.last if d.leader == i],  # type: ignore[attr-defined]
     }
 
 
@@ -165,7 +170,7 @@ def peeks(
         make: makes the selector for a mission.
         sizes: makes the policy for desired team sizes; None for the paper's.
         seeds: of worlds and missions.
-        steps: so many steps with decisions are tried in each.
+        steps: how many steps with decisions are tried in each.
 
     Returns:
         One line for each thing that changed in a robot's mind; none if all are blind.
@@ -218,6 +223,89 @@ def peeks_alone(
             for mission in missions:
                 mission.step()
             found += differences(missions[0], missions[1], [i])
+    return found
+
+
+def random_links(seed: int, share: float) -> Callable[[int], np.ndarray]:
+    """Links of random pairs, others every few steps, so that teams form and part."""
+
+    def links(step: int) -> np.ndarray:
+        rng = np.random.default_rng((seed, step // 4))
+        heard = rng.random((ROBOTS, ROBOTS)) < share
+        return heard | heard.T | np.eye(ROBOTS, dtype=np.bool_)
+
+    return links
+
+
+def garble_unheard(
+    mission: Mission, after: Mission, i: int, unheard: list[int], listeners: list[int]
+) -> None:
+    """Replace what `unheard` robots say and know, and evidence that reaches no listener.
+
+    Args:
+        mission: one step before; changed.
+        after: the same mission after the step.
+        i: the robot that must not notice; every second unheard one claims to be in its team.
+        unheard: robots that no listener hears in the step.
+        listeners: robots whose knowledge stays.
+    """
+    rng = np.random.default_rng(after.step_number)
+    scramble(mission, unheard, rng)
+    for name in ("team", "leader", "destination"):
+        mission.minds.own[name][unheard[::2]] = mission.minds.own[name][i]
+    log = mission.log
+    reached = after.knowledge.versions[after.knowledge.ear[listeners]].max(axis=0)
+    for j in range(ROBOTS):
+        first, length = max(0, int(reached[j] - log.dropped[j])), int(log.length[j])
+        if first < length:
+            log.cells[j, first:length] = rng.integers(0, mission.frame.size, length - first)
+            log.increments[j, first:length] = rng.integers(-900, 900, length - first)
+    knowledge = mission.knowledge
+    spared = set(knowledge.ear[[j for j in range(ROBOTS) if j not in unheard]].tolist())
+    for row in set(knowledge.ear.tolist()) - spared:
+        old = knowledge.heard[row]
+        old["x_m"] += 1.0
+        old["destination"] = rng.integers(-1, mission.frame.size, ROBOTS)
+        knowledge.still[row] += 100
+
+
+def peeks_partly(
+    make: MakeSelector,
+    sizes: MakePolicy | None = None,
+    *,
+    seed: int = 0,
+    share: float = 0.08,
+    steps: int = 6,
+) -> list[str]:
+    """What robots decide by messages that they did not hear, under random partial links.
+
+    A robot that i hears may decide by what it hears itself and tell i in the same step. So
+    everything of robots that neither i nor such a robot hears is changed, and of the others outside
+    the team what no message carries.
+    """
+    links = random_links(seed, share)
+    whole = run_to(100, make, seed, links, sizes)
+    tried = whole.decided.steps  # type: ignore[attr-defined]
+    found, changed = [], 0
+    for step in tried[:: max(1, len(tried) // steps)]:
+        before = run_to(step - 1, make, seed, links, sizes)
+        after = run_to(step, make, seed, links, sizes)
+        hears = links(step)
+        for i in range(ROBOTS):
+            team = np.isin(before.minds.team, before.minds.team[[i]])
+            team |= after.minds.team == after.minds.team[i]
+            team |= np.isin(before.minds.team, before.minds.team[team])
+            listeners = np.flatnonzero(hears[i])
+            unheard = np.flatnonzero(~hears[listeners].any(axis=0))
+            changed += len(unheard)
+            blind = run_to(step - 1, make, seed, links, sizes)
+            change_truth(blind)
+            rng = np.random.default_rng(step)
+            change_private_state(blind, np.flatnonzero(~team).tolist(), rng)
+            garble_unheard(blind, after, i, unheard.tolist(), listeners.tolist())
+            blind.step()
+            found += differences(after, blind, [i])
+    assert changed > 10 * steps, "links are so dense that nothing was hidden"
     return found
 
 
@@ -317,3 +405,39 @@ class PeeksAtMemories:
         theirs = sum(m is not None for m in self.mission.destinations.memories)
         row, col = view.frontiers[theirs % len(view.frontiers)].tolist()
         return Choice((row, col), memory=0.5)
+
+
+class PeeksAtNotices:
+    """A mutant: counts the destinations in all team notices, heard or not."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        said = int(self.mission.knowledge.notices["destination"].sum())
+        row, col = view.frontiers[said % len(view.frontiers)].tolist()
+        return Choice((row, col))
+
+
+class PeeksAtMaps:
+    """A mutant: reads the maps of all robots, not its own."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+
+    def choose(self, view: LeaderView, memory: Any) -> Choice:
+        knowledge = self.mission.knowledge
+        seen = int(knowledge.grids.evidence[knowledge.rows].sum())
+        row, col = view.frontiers[seen % len(view.frontiers)].tolist()
+        return Choice((row, col))
+
+
+class SizesByAllHeard:
+    """A mutant: reads beacons that others have heard."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+
+    def desired(self, view: RobotsView) -> Any:
+        heard = self.mission.knowledge.heard[self.mission.knowledge.ear]
+        return np.full(len(view), 1 + int(heard["destination"].sum()) % 6)

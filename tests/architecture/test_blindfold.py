@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import pytest
 from blindfold import (
+    PeeksAtMaps,
     PeeksAtMemories,
     PeeksAtMinds,
+    PeeksAtNotices,
     PeeksAtTruth,
     SizedByAll,
+    SizesByAllHeard,
     SizesByMinds,
     SizesByOthersCharge,
     SizesByTruth,
     ToldAll,
     peeks,
     peeks_alone,
+    peeks_partly,
 )
 
 from swarmscout.destinations.nearest import Nearest
@@ -68,4 +72,20 @@ def test_a_policy_that_peeks_is_found_out(mutant: type) -> None:
 
 def test_a_policy_that_looks_at_other_rows_is_found_out() -> None:
     found = peeks_alone(nearest, lambda mission: SizesByOthersCharge(), steps=1)
+    assert any("own" in line for line in found)
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_who_hears_some_decides_by_what_it_hears(seed: int) -> None:
+    assert peeks_partly(nearest, lambda mission: SizedByAll(), seed=seed) == []
+    assert peeks_partly(lambda mission: ToldAll(), seed=seed) == []
+
+
+@pytest.mark.parametrize("mutant", [PeeksAtNotices, PeeksAtMaps])
+def test_a_selector_that_reads_unheard_messages_is_found_out(mutant: type) -> None:
+    assert any("decisions" in line for line in peeks_partly(mutant, steps=3))
+
+
+def test_a_policy_that_reads_unheard_messages_is_found_out() -> None:
+    found = peeks_partly(nearest, SizesByAllHeard, steps=2)
     assert any("own" in line for line in found)

@@ -91,6 +91,7 @@ class Swarm:
 
     def check(self) -> None:
         """Each map is the sum of exactly what its robot has heard, each entry once."""
+        self.check_groups()
         for i in range(self.robots):
             prefixes = {(k, n) for k in range(self.robots) for n in range(self.known[i, k])}
             assert prefixes == self.sets[i]
@@ -98,6 +99,16 @@ class Swarm:
             np.testing.assert_array_equal(self.knowledge.grids.evidence[self.row(i)], total)
             self.check_derived(self.row(i), total)
             np.testing.assert_array_equal(self.heard(i)["step"], self.last_heard[i])
+
+    def check_groups(self) -> None:
+        """Each robot is listed once: in the group of the row that it reads, by ascending id."""
+        knowledge = self.knowledge
+        listed = {row: knowledge.listeners[a:b].tolist() for row, a, b in knowledge.groups.tolist()}
+        assert listed == {
+            row: np.flatnonzero(knowledge.ear == row).tolist()
+            for row in set(knowledge.ear.tolist())
+        }
+        assert knowledge.rows.tolist() == sorted(listed)
 
     def check_derived(self, row: int, total: NDArray[np.int64]) -> None:
         """A map that grew bit by bit equals one that takes in everything at once."""

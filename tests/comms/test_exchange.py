@@ -21,6 +21,7 @@ shares = st.sampled_from([0.0, 0.1, 0.3, 0.7, 1.0])
 def test_maps_equal_exactly_what_the_version_vectors_name(
     swarm: Swarm, rounds: list[float]
 ) -> None:
+    swarm.check_groups()
     for share in rounds:
         if swarm.rng.random() < 0.7:
             swarm.see()

@@ -15,7 +15,7 @@ from scipy.ndimage import binary_dilation
 from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of, probability_of
-from swarmscout.mapping.occupancy import LABEL_BITS, OccupancyGrids
+from swarmscout.mapping.occupancy import CLOSED, LABEL_BITS, OccupancyGrids
 
 MODEL = InverseSensorModel(
     free=log_odds_of(0.40),
@@ -147,14 +147,15 @@ def test_incremental_equals_from_scratch(
                 cells[k, length[k]], added[k, length[k]] = cell, increment
                 length[k] += 1
                 sums[cell] += increment
-        touched = grids.apply(1, cells, added, low, length)
+        grids.apply(1, cells, added, low, length)
+        touched = grids.touched_count
         check_everything(grids, 1, sums, neighbours)
         named = {cell for entries in update for cell, _ in entries}
         assert set(grids.touched[:touched].tolist()) == named
         assert touched == len(named)
         assert np.array_equal(grids.before[:touched], before[grids.touched[:touched]])
         closed = (grids.view(1).labels.ravel() == OCCUPIED) & (was != OCCUPIED)
-        assert grids.counts[1, 0] == closed.sum()
+        assert grids.counts[1, CLOSED] == closed.sum()
     # The other map heard nothing.
     check_everything(grids, 0, np.zeros(frame.size, dtype=np.int64), neighbours)
 

@@ -162,7 +162,7 @@ def judge_robots(own, can, alive, action, touch, position, heading, before, tall
         tally: TALLY[1], written; events: see ``EventLog``; contacts are appended.
     """
     count = tally[0]
-    for e in range(1, events[0].value + 1):
+    for e in range(1, min(events[0].value + 1, events.shape[0])):
         kind = events[e].kind
         if kind == LEAVE:
             count.leaves += 1
