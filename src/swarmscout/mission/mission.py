@@ -104,9 +104,9 @@ class Mission:
         model: Model | None = None,
     ) -> None:
         scenario = complete(scenario, seed, selector, policy, sensor, radio, task)
-        # Of any other kind of argument than a world or its name, loading says what is wrong.
-        place = scenario.world if world is None else world
-        self.world = load_world(place, seed=scenario.world_seed, base=base)
+        if world is None:
+            world = load_world(scenario.world, seed=scenario.world_seed, base=base)
+        self.world = load_world(world)  # Of any other kind of argument it says what is wrong.
         self.scenario, self.base = scenario, base
         self.frame = build.make_frame(self.world, scenario)
         # What the world is for these bodies: they do not drive where it is too steep.
