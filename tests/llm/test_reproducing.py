@@ -24,7 +24,8 @@ def test_the_decision_shown_is_the_models(tmp_path: Path) -> None:
         twin = reproduce(tmp_path, "reasoning", "llm", server.url)
     assert server.seen
     assert "by llm, asking test-model" in twin
-    assert "In its own words: “open”" in twin
+    assert "The reason that the selector gave:" in twin
+    assert "open" in twin
     assert f"--destinations llm --llm {server.url} --llm-model test-model" in twin
 
 
