@@ -59,12 +59,12 @@ MISTAKES = [
     (["explore", "--set", "battery.capacity_steps=1000000000000000000000"], "capacity_steps"),
     (
         ["explore", "paper", "--set", "selector.sigma=wide"],
-        "selector 'quantile': sigma = 'wide': expected a number, such as 0.02",
+        "selector 'quantile': sigma = 'wide': should be a valid number",
     ),
-    (["explore", "paper", "--set", "selector.sigma=nan"], "sigma = nan: expected a finite number"),
+    (["explore", "paper", "--set", "selector.sigma=nan"], "sigma = nan: should be a finite number"),
     (
         ["explore", "--destinations", "potential", "--set", "selector.range_m=-3"],
-        "selector 'potential': range_m = -3: expected 0 to 1,000,000",
+        "selector 'potential': range_m = -3: should be greater than or equal to 0",
     ),
     (
         ["explore", "--destinations", "leaves.py:Rule"],
