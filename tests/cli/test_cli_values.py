@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from swarmscout import Run, Scenario
+from swarmscout.cli.app import main
 from swarmscout.cli.values import with_values_joined
 from swarmscout.core.errors import SwarmscoutError
 from swarmscout.core.paths import expanded
@@ -157,3 +158,8 @@ def test_completion_can_be_installed(command: Command, home: Path, shell: str) -
     assert file.is_relative_to(home)
     assert "swarmscout" in file.read_text("utf-8")
     assert os.stat(file).st_size > 1000
+
+
+def test_without_words_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    assert "explore" in capsys.readouterr().out

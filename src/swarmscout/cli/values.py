@@ -52,7 +52,7 @@ def with_values_joined(words: Sequence[str]) -> list[str]:
         ['--start=-10,2', '--llm=auto', '--no-picture']
     """
     joined: list[str] = []
-    for word, following in zip(words, [*words[1:], "-"], strict=True):
+    for word, following in zip(words, [*words[1:], "-"], strict=False):
         if word == "--llm" and following.startswith("-"):
             joined.append("--llm=auto")
         elif joined and _OPTION.fullmatch(joined[-1]) and _NEGATIVE.fullmatch(word):
