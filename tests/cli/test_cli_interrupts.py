@@ -201,14 +201,12 @@ def test_compiled_code_that_does_not_return_is_ended(
     assert (child.returncode, err) == (128 + number, WORDS[number])
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_map_that_never_comes(start: Callable[..., Any], here: Path, number: int) -> None:
+def test_a_map_that_never_comes(start: Callable[..., Any], here: Path) -> None:
     os.mkfifo("f.npy")
     child = start("explore", "--world", "f.npy", "--out", "x")
-    time.sleep(3)
-    child.send_signal(number)
     _, err = child.communicate(timeout=60)
-    assert (child.returncode, err) == (128 + number, WORDS[number])
+    assert child.returncode == 2
+    assert err.count("\n") == 1
     assert not (here / "x").exists()
 
 

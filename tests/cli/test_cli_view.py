@@ -21,12 +21,10 @@ def test_export_writes_one_file(command, here):
 
 def test_mistakes_are_one_line(command, here):
     command("explore", "--robots", "3", "--steps", "5", "--no-picture", "--out", "r")
-    command("explore", "--robots", "3", "--steps", "5", "--record", "curves", "--out", "c")
     for words, told in (
         (("view", "nowhere"), "run folder 'nowhere' does not exist"),
         (("view", "r", "--export", "r.pdf"), "ends in .html"),
         (("view", "r", "--export", "no/such/folder.html"), "cannot write 'no/such/folder.html'"),
-        (("view", "c"), "record='full'"),
         (("view", "r", "--port", "99999"), "port 99999 is impossible"),
     ):
         code, out, err = command(*words)

@@ -165,7 +165,7 @@ def test_noise_is_the_same_in_any_order_of_steps(shape: tuple[int, int]) -> None
         ("lidar", {"rays": 0}, "sensor 'lidar': rays = 0: should be greater than or equal to 1"),
         ("lidar", {"fan_deg": 70}, "sensor 'lidar' has no parameter 'fan_deg'"),
         ("cone", {"opening_deg": 200.0}, "opening_deg = 200.0: should be less than or equal to"),
-        ("fan", {"range_m": "far"}, "sensor 'fan': range_m = 'far': expected a number"),
+        ("fan", {"range_m": "far"}, "sensor 'fan': range_m = 'far': should be a valid number"),
         ("lidr", {}, "unknown sensor 'lidr': did you mean 'lidar'?"),
     ],
 )

@@ -182,7 +182,7 @@ def test_a_policy_in_memory_a_class_and_a_file_do_the_same(tmp_path: Path) -> No
         assert teams["policy"] is policy
         poses.append(run.steps["x_m"].to_list())
     assert poses[0] == poses[1] == poses[2]
-    with pytest.raises(PolicyError, match="this one is made already"):
+    with pytest.raises(PolicyError, match="this one is already made"):
         ss.explore(teams={"policy": Pairs()}, policy={"size": 3}, **keys)
     with pytest.raises(PolicyError, match=r"'teams.policy' is a float, expected a policy's name"):
         ss.explore(teams={"policy": 3.5}, **keys)

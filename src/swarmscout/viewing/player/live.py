@@ -75,7 +75,7 @@ class LiveMission:
         )  # fmt: skip
         if mission.own_maps:
             self._gathered = gathered = GatheredEvidence(mission.scenario.robots)
-            frame, model = mission.frame, mission.grids.model
+            frame, model = mission.frame, mission.swarm.model
             self._beliefs = Beliefs(lambda robots: OwnMaps(gathered, robots, frame, model))
 
     def record(self, record: StepRecord) -> None:
