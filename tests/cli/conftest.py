@@ -36,12 +36,21 @@ def command(here: Path, capfd: pytest.CaptureFixture[str]) -> Callable[..., Answ
     return run
 
 
+class Child(subprocess.Popen[str]):
+    """A process that does not outlive a test that fails."""
+
+    def __exit__(self, kind: Any, value: Any, trace: Any) -> None:
+        if kind is not None:
+            self.kill()
+        super().__exit__(kind, value, trace)
+
+
 @pytest.fixture
 def start(here: Path) -> Callable[..., subprocess.Popen[str]]:
     """Start a command in a process of its own, with its output in pipes."""
 
     def begin(*words: str, **more: Any) -> subprocess.Popen[str]:
-        return subprocess.Popen(
+        return Child(
             [sys.executable, "-m", "swarmscout", *words],
             text=True,
             **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **more},

@@ -55,7 +55,7 @@ def test_explore_shows_a_mission_while_it_runs(start):
         with urllib.request.urlopen(f"{url}run/0/live?from=5") as answer:
             for line in answer:
                 told += line
-        assert told.count(b"event: block") >= 2
+        assert told.count(b"event: steps") >= 2
         assert b"event: end" in told
         for line in process.stdout:
             if line.startswith("page: "):
@@ -84,7 +84,7 @@ def test_explore_writes_a_rerun_recording_too(command, here, monkeypatch):
     assert {"/cave/robots", "/map/grid", "/curves/explored_m2", "/decisions"} <= entities
     for more, told in (
         (("--record-rrd", "m.rr"), "ends in .rrd"),
-        (("--record-rrd", "no/m.rrd"), "there is no folder 'no'"),
+        (("--record-rrd", "no/m.rrd"), "folder 'no' does not exist"),
         (("--record-rrd", "n.rrd", "--record", "curves"), "leave out --record curves"),
     ):
         code, out, err = command("explore", *words, "--out", "s", *more)
