@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.streams import stream
+from swarmscout.destinations.features import Features
+from swarmscout.mapping.occupancy import BeliefView
 
 __all__ = ["LeaderView", "OtherTeams"]
 
@@ -56,7 +58,7 @@ class LeaderView:
         members_m: float64[n, 2], where they were last heard.
         members_heading_rad: float64[n], where they were last heard to look, the leader's own too.
         previous: the cell of the team's last destination, or None.
-        cause: why a new destination is needed, one of ``core.codes.CAUSES``.
+        cause: why a new destination is needed, one of ``core.enums.CAUSES``.
     """
 
     step: int
@@ -72,10 +74,10 @@ class LeaderView:
     previous: tuple[int, int] | None
     cause: str
     _seed: int = field(repr=False)
-    _map: Any = field(repr=False)
+    _map: BeliefView = field(repr=False)
     _others: Callable[[], OtherTeams] = field(repr=False)
     _route_costs: Callable[[NDArray[np.int64], int | None], NDArray[np.float64]] = field(repr=False)
-    _features: Any = field(repr=False, default=None)
+    _features: Features = field(repr=False)
     members_heading_rad: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
@@ -189,11 +191,11 @@ class LeaderView:
 
     @cached_property
     def _walk(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        return self._features.walk()  # type: ignore[no-any-return]
+        return self._features.walk()
 
     @cached_property
     def _around(self) -> NDArray[np.int64]:
-        return self._features.around()  # type: ignore[no-any-return]
+        return self._features.around()
 
     def among(self, keep: NDArray[np.bool_]) -> LeaderView:
         """The same view with fewer frontiers to choose from, and with fresh generators.
@@ -204,7 +206,7 @@ class LeaderView:
         kept = {field.name: getattr(self, field.name) for field in fields(self)}
         kept["frontiers"] = _frozen(self.frontiers[keep])
         kept["frontiers_m"] = _frozen(self.frontiers_m[keep])
-        kept["_features"] = None if self._features is None else self._features.among(keep)
+        kept["_features"] = self._features.among(keep)
         return LeaderView(**kept)
 
     @cached_property
@@ -226,7 +228,7 @@ class LeaderView:
         Args:
             cell: ``(row, col)``.
         """
-        return self._map.neighbour_counts(cell)  # type: ignore[no-any-return]
+        return self._map.neighbour_counts(cell)
 
 
 def _frozen(array: NDArray[T]) -> NDArray[T]:
