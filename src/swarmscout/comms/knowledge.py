@@ -104,8 +104,9 @@ class Knowledge:
                 row, log.cells, log.increments,
                 before[row] - log.dropped, self.versions[row] - log.dropped,
             )  # fmt: skip
-        # What closed on the map of a row that was dropped may concern routes of its robots.
-        self.grids.counts[merged, CLOSED] += 1
+        if merged:
+            # What closed on the map of a row that was dropped may concern routes of its robots.
+            self.grids.counts[merged, CLOSED] += 1
 
     def tell(self, minds: Minds, step: int) -> None:
         """Send team notices: what robots have decided since their beacons."""

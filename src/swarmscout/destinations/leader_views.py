@@ -125,7 +125,7 @@ class LeaderViews:
         in_team[leader] = True
         members = in_team.nonzero()[0]
         heard = knowledge.heard[row].take(members)
-        return members, np.column_stack((heard["x_m"], heard["y_m"])), heard["heading"]
+        return members, _points(heard), heard["heading"]
 
     def _other_teams(self, leader: int, row: int) -> OtherTeams:
         """What the beacons of this step (or the last that were heard) say of other teams."""
@@ -138,9 +138,9 @@ class LeaderViews:
         frame, flat = self._knowledge.grids.frame, told["destination"]
         destinations_m = frame.centres_of(frame.unflat_many(flat))
         destinations_m[flat < 0] = np.nan
-        positions_m = np.column_stack((told["x_m"], told["y_m"]))
+        positions_m = _points(told)
         if self._settings.centre:
-            places_m = np.column_stack((heard["x_m"], heard["y_m"]))
+            places_m = _points(heard)
             positions_m = np.array(
                 [places_m[heard["leader"] == other].mean(axis=0) for other in leaders]
             ).reshape(-1, 2)
@@ -164,3 +164,10 @@ class LeaderViews:
             return planner.costs_from(grids, row, start, targets, nearest)
 
         return costs
+
+
+def _points(beacons: NDArray[np.void]) -> NDArray[np.float64]:
+    """float64[n, 2], where robots were when they sent their beacons."""
+    points = np.empty((len(beacons), 2))
+    points[:, 0], points[:, 1] = beacons["x_m"], beacons["y_m"]
+    return points

@@ -141,7 +141,8 @@ def scan_evidence(  # type: ignore[no-untyped-def]
         cells, increments: int64[N, capacity]; length: int64[N]: the logs.
     """
     model = models[0]
-    ticks = model.table.shape[0]
+    table = model.table
+    ticks = table.shape[0]
     edge = 2 * model.reach + 1
     # The scan's sum for each cell round the robot; of each row the columns to look at afterwards
     # (all, where many rays touch most of the window); for wide beams, which one saw a cell last.
@@ -171,8 +172,8 @@ def scan_evidence(  # type: ignore[no-untyped-def]
                 ended = longest + model.depth_m / model.cell_m
                 for line in range(model.lines):
                     tick = (first + min(line * model.apart, model.opening)) % ticks
-                    hit_row = int(math.floor(y + model.table[tick, 1] * ended)) - low
-                    hit_col = int(math.floor(x + model.table[tick, 0] * ended)) - left
+                    hit_row = int(math.floor(y + table[tick, 1] * ended)) - low
+                    hit_col = int(math.floor(x + table[tick, 0] * ended)) - left
                     if wide:
                         if seen[hit_row, hit_col] == beam:
                             continue
@@ -185,7 +186,7 @@ def scan_evidence(  # type: ignore[no-untyped-def]
                 tick = (first + min(line * model.apart, model.opening)) % ticks
                 _clear(
                     window, seen, span, wide, sparse, beam, x, y, left, low,
-                    model.table[tick, 0], model.table[tick, 1], longest, hit_row, hit_col,
+                    table[tick, 0], table[tick, 1], longest, hit_row, hit_col,
                     model.free,
                 )  # fmt: skip
         if touch[i].kind == WALL_CONTACT:
