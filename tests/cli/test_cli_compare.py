@@ -21,7 +21,8 @@ def runs(tmp_path_factory):
     return found
 
 
-def test_runs_beside_each_other(runs, capsys, tmp_path):
+def test_runs_beside_each_other(runs, capsys, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
     assert main(["compare", *runs, "--picture", str(tmp_path / "curves.svg")]) == 0
     out = capsys.readouterr().out.splitlines()
     assert out[0].split()[:3] == ["run", "seed", "destinations"]

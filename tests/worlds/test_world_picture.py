@@ -13,7 +13,9 @@ from swarmscout.viewing.world_picture import world_figure, world_picture
 from swarmscout.worlds import load_world, world_from_array, world_from_ascii
 
 
-def test_a_picture_of_a_tube(tmp_path):
+def test_a_picture_of_a_tube(tmp_path, monkeypatch):
+    # Another test of the same process may have imported it.
+    monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
     world = load_world("lava-tube-small", resolution_m=0.25)
     file = world_picture(world, tmp_path / "new" / "w.png", robots=30, dpi=50)
     pixels = np.asarray(Image.open(file).convert("RGB"))
