@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from swarmscout.robots.bodies import Bodies
 from swarmscout.robots.radio.radio import links_now
 from swarmscout.robots.radio.registry import RADIOS
-from swarmscout.testing.check_sensor import sensed_places
 from swarmscout.testing.harness import Report, TruthGuard
 from swarmscout.testing.small_worlds import short_mission
 from swarmscout.worlds.world import World
@@ -49,30 +48,23 @@ def check_radio(radio: Any, *, missions: int = 1, seed: int = 0) -> Report:
         >>> check_radio("disc", missions=0).checks[0]
         'has links(step, bodies, world)'
     """
-    asking = _Asking(RADIOS, radio)
-    tried = []
-    for words, bodies, world in sensed_places(seed):
-        asking.where = f"with {words}"
-        asking.check(bodies, world)
-        tried.append(words)
-    tried += asking.fly(lambda k: short_mission(k, radio=asking.rule), missions, seed)
-    return Report("radio", asking.name, CHECKS, tuple(tried), asking.calls)
+    return _Asking(radio).tried(
+        lambda asking, k: short_mission(k, radio=asking.rule), missions, seed
+    )
 
 
 class _Asking(TruthGuard):
     """Asks a radio while watching what it draws and changes."""
 
+    registry = RADIOS
+    checks = CHECKS
+    answer_noun = "answers"
+
     def check(self, bodies: Bodies, world: World) -> None:
         """Check all that shows in one place."""
-        first = [self._links(bodies, world, step) for step in (1, 2, 60)]
-        again = [self._links(bodies, world, step) for step in (60, 1, 2)]
-        if (self._links(bodies, world, 2, globals_seed=2) != again[2]).any():
-            self.blame("depends on global randomness: draw from stream(bodies.seed, PURPOSE, step)")
-        if any((first[k] != again[(k + 1) % 3]).any() for k in range(3)):
-            self.blame(
-                "is not deterministic: it gave two different answers for the same bodies, world "
-                "and step; draw from stream(bodies.seed, PURPOSE, step)"
-            )
+        self.steady(
+            lambda step, globals_seed: self._links(bodies, world, step, globals_seed), (1, 2, 60)
+        )
 
     def _links(
         self, bodies: Bodies, world: World, step: int, globals_seed: int = 1

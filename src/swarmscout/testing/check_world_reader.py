@@ -6,7 +6,6 @@ It reads worlds with a reader and reports in one error which part of the contrac
 
 from __future__ import annotations
 
-import random
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from swarmscout.core.errors import WorldError
+from swarmscout.testing.fingerprints import drawn_from, global_states, seeded_globals
 from swarmscout.testing.harness import Report, instance_of
 from swarmscout.worlds.checks import check_world
 from swarmscout.worlds.folder import load_folder, save_world
@@ -91,20 +91,16 @@ def _check_suffixes(reader: WorldReader, name: str) -> None:
 def _check_world(
     reader: WorldReader, name: str, path: Path | None, seed: int, where: str, robots: int
 ) -> None:
-    states = random.getstate(), _numpy_state()
+    states = global_states()
     world = read_by(reader, name, path, seed)
-    if states != (random.getstate(), _numpy_state()):
+    if drawn_from(states):
         raise WorldError(f"world reader '{name}' draws from a global random generator ({where})")
     try:
         check_world(world, robots)
     except WorldError as error:
         raise WorldError(f"world reader '{name}', {where}: {error}") from None
-    random.seed(seed + 1)
-    np.random.seed(seed + 1)  # noqa: NPY002 - the generator that a reader must not depend on.
-    try:
+    with seeded_globals(seed + 1):
         again = read_by(reader, name, path, seed)
-    finally:
-        random.setstate(states[0])
     if _content(again) != _content(world):
         raise WorldError(f"world reader '{name}' gives another world the second time ({where})")
     with tempfile.TemporaryDirectory() as folder:
@@ -122,10 +118,6 @@ def _check_damaged(reader: WorldReader, name: str, suffix: str) -> None:
         except Exception:
             return
     raise WorldError(f"world reader '{name}' makes a world of a damaged file: raise WorldError")
-
-
-def _numpy_state() -> str:
-    return repr(np.random.get_state(legacy=False))  # noqa: NPY002 - see above.
 
 
 def _content(world: World) -> tuple[Any, ...]:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 __all__ = [
+    "drawn_from",
     "fingerprint",
     "global_states",
     "held_by",
@@ -90,6 +91,11 @@ def _fields(value: Any) -> dict[str, Any]:
 def global_states() -> dict[str, Any]:
     """The global generators' states, for comparing."""
     return {"random": random.getstate(), "numpy.random": fingerprint(np.random.get_state())}  # noqa: NPY002
+
+
+def drawn_from(before: Mapping[str, Any]) -> list[str]:
+    """Names of the global generators whose states are no longer those of :func:`global_states`."""
+    return [name for name, state in global_states().items() if state != before[name]]
 
 
 @contextmanager

@@ -20,6 +20,7 @@ from swarmscout.core.tracebacks import describe_error
 from swarmscout.mission.mission import Mission
 from swarmscout.robots.bodies import Bodies
 from swarmscout.testing.fingerprints import (
+    drawn_from,
     fingerprint,
     global_states,
     held_by,
@@ -27,6 +28,7 @@ from swarmscout.testing.fingerprints import (
     shifted_clocks,
     writes_read_only,
 )
+from swarmscout.testing.small_worlds import places_with_robots
 from swarmscout.worlds.world import World
 
 __all__ = ["Guard", "Report", "TruthGuard", "instance_of", "note_private_read", "outcome"]
@@ -64,34 +66,90 @@ class Report:
         return "\n".join(lines)
 
 
-class Guard(ABC, Generic[V]):
+class _Checked:
+    """A plug-in under a check.
+
+    Attributes:
+        registry: the kind's registry.
+        checks: the parts of the contract, one line each.
+        rule: the plug-in that is checked.
+        name: its name in errors.
+        where: the situation in words, or "" in a mission.
+        answers: number of questions asked so far.
+
+    Args:
+        given: an instance, a class that needs no arguments, a registered name, or
+            ``path/to/file.py:ClassName``.
+    """
+
+    registry: ClassVar[Registry[Any]]
+    checks: ClassVar[tuple[str, ...]]
+    _flown: ClassVar[str] = "each twice"
+
+    def __init__(self, given: Any) -> None:
+        self.rule, self.name = instance_of(self.registry, given)
+        self.where = ""
+        self.answers = 0
+
+    def fly(self, make: Callable[[Self, int], Mission], missions: int, seed: int) -> list[str]:
+        """Run missions in small caves to their ends, each twice.
+
+        Args:
+            make: makes a mission in which the plug-in, or a guard, is used.
+            missions: number of missions.
+            seed: of the first one.
+
+        Returns:
+            A description of what was run.
+
+        Raises:
+            SwarmscoutError: the kind's own error: something is wrong in a mission.
+        """
+        self.where = ""
+        for k in range(seed, seed + missions):
+            if self._differs(make, k):
+                raise self._error(
+                    f"{self._subject} is not deterministic: the same mission in small_world({k}) "
+                    "went differently when it was run again"
+                )
+        return [f"{missions} missions in small caves, {self._flown}"] if missions else []
+
+    def report(self, situations: Iterable[str]) -> Report:
+        """The report on what was checked."""
+        noun = self.registry.noun
+        return Report(noun, self.name, self.checks, tuple(situations), self.answers)
+
+    def _differs(self, make: Callable[[Self, int], Mission], seed: int) -> bool:
+        """Whether two equal missions differ."""
+        return outcome(make(self, seed)) != outcome(make(self, seed))
+
+    @property
+    def _subject(self) -> str:
+        return f"{self.registry.noun} '{self.name}'"
+
+    def _error(self, message: str) -> SwarmscoutError:
+        return self.registry.error(message)
+
+
+class Guard(_Checked, ABC, Generic[V]):
     """A plug-in that asks another one in its place, and checks each answer.
 
     A subclass adds the kind's own method, which calls :meth:`answer`, and defines the views and
     answers of the kind. A view is everything that is shown in one call, with its ``step``.
 
     Attributes:
-        registry: the kind's registry.
-        checks: the parts of the contract, one line each.
         draw_from: advice for plug-ins that draw from global generators.
         remember_in: advice for plug-ins that change themselves.
         spread: in missions, repeat the question in every ``spread``-th step only.
-        rule: the plug-in that is checked.
-        name: its name in errors.
-        where: the situation in words, or "" in a mission.
-        answers: number of questions asked so far.
     """
 
-    registry: ClassVar[Registry[Any]]
-    checks: ClassVar[tuple[str, ...]]
     draw_from: ClassVar[str]
     remember_in: ClassVar[str]
     spread: ClassVar[int] = 1
+    _flown = "to the end, each twice"
 
     def __init__(self, given: Any) -> None:
-        self.rule, self.name = instance_of(self.registry, given)
-        self.where = ""
-        self.answers = 0
+        super().__init__(given)
         self._watching = True
 
     @abstractmethod
@@ -140,43 +198,12 @@ class Guard(ABC, Generic[V]):
             where = self.where or f"in step {step} of a mission"
             raise self._error(f"{self._subject} {error} ({where})") from error.__cause__
 
-    def fly(self, make: Callable[[Self, int], Mission], missions: int, seed: int) -> Iterable[str]:
-        """Run missions in small caves to their ends, with watching and without.
-
-        Args:
-            make: makes a mission in which a guard stands in the plug-in's place.
-            missions: number of missions.
-            seed: of the first one.
-
-        Returns:
-            A description of what was run.
-
-        Raises:
-            SwarmscoutError: the kind's own error: something is wrong in a mission.
-        """
-        self.where = ""
-        for k in range(seed, seed + missions):
-            results = []
-            for self._watching in (True, False):
-                results.append(self._run(make(self, k)))
-            if results[0] != results[1]:
-                raise self._error(
-                    f"{self._subject} is not deterministic: the same mission in small_world({k}) "
-                    "went differently when it was run again"
-                )
-        return [f"{missions} missions in small caves, to the end, each twice"] if missions else []
-
-    def report(self, situations: Iterable[str]) -> Report:
-        """The report on what was checked."""
-        noun = self.registry.noun
-        return Report(noun, self.name, self.checks, tuple(situations), self.answers)
-
-    @property
-    def _subject(self) -> str:
-        return f"{self.registry.noun} '{self.name}'"
-
-    def _error(self, message: str) -> SwarmscoutError:
-        return self.registry.error(message)
+    def _differs(self, make: Callable[[Self, int], Mission], seed: int) -> bool:
+        """Run one mission with watching and one without."""
+        results = []
+        for self._watching in (True, False):
+            results.append(self._run(make(self, seed)))
+        return results[0] != results[1]
 
     def _run(self, mission: Mission) -> tuple[Any, ...]:
         try:
@@ -229,7 +256,7 @@ class Guard(ABC, Generic[V]):
                         f"tries to change its view, which is read-only ({error}); work on a copy"
                     ) from error
                 raise self._error(f"failed: {describe_error(error)}") from error
-            drawn = [name for name, state in global_states().items() if state != before[name]]
+            drawn = drawn_from(before)
         private = vars(shown).get("private_reads")
         if private:
             raise self._error(
@@ -251,26 +278,57 @@ class Guard(ABC, Generic[V]):
         return self.checked(answer, view)
 
 
-class TruthGuard:
+class TruthGuard(_Checked, ABC):
     """Calls a plug-in that reads the truth (a sensor, a radio), and checks that it changes nothing.
 
     Attributes:
-        rule: the plug-in.
-        name: its name in errors.
-        where: the situation in words.
-        calls: number of calls so far.
-
-    Args:
-        registry: the kind's.
-        given: an instance, a class that needs no arguments, a registered name, or
-            ``path/to/file.py:ClassName``.
+        answer_noun: what its answers are called in errors.
     """
 
-    def __init__(self, registry: Registry[Any], given: Any) -> None:
-        self.registry = registry
-        self.rule, self.name = instance_of(registry, given)
-        self.where = ""
-        self.calls = 0
+    answer_noun: ClassVar[str]
+
+    @abstractmethod
+    def check(self, bodies: Bodies, world: World) -> None:
+        """Check all that shows in one place."""
+
+    def tried(self, make: Callable[[Self, int], Mission], missions: int, seed: int) -> Report:
+        """Check in many places and in missions.
+
+        Args:
+            make, missions: see :meth:`fly`.
+            seed: of the places and the missions.
+
+        Raises:
+            SwarmscoutError: the kind's own error: which rule was broken, and where.
+        """
+        places = []
+        for words, bodies, world in places_with_robots(seed):
+            self.where = f"with {words}"
+            self.check(bodies, world)
+            places.append(words)
+        return self.report(places + self.fly(make, missions, seed))
+
+    def steady(self, ask: Callable[[int, int], R], steps: tuple[int, int, int]) -> list[R]:
+        """Ask for three steps in two orders, and once with other seeds of the global generators.
+
+        Args:
+            ask: the answer of a step, with a seed of the global generators; see :meth:`call`.
+            steps: which.
+
+        Returns:
+            The answers to the three steps.
+        """
+        first, second, third = steps
+        answers = [ask(step, 1) for step in (first, second, third)]
+        again = [ask(step, 1) for step in (third, first, second)]
+        if fingerprint(ask(second, 2)) != fingerprint(again[2]):
+            self.blame("depends on global randomness: draw from stream(bodies.seed, PURPOSE, step)")
+        if fingerprint(answers) != fingerprint(again[1:] + again[:1]):
+            self.blame(
+                f"is not deterministic: it gave two different {self.answer_noun} for the same "
+                "bodies, world and step; draw from stream(bodies.seed, PURPOSE, step)"
+            )
+        return answers
 
     def call(
         self, question: Callable[[], R], bodies: Bodies, world: World, globals_seed: int = 1
@@ -282,15 +340,15 @@ class TruthGuard:
             bodies, world: what it is shown.
             globals_seed: seed of the global generators meanwhile.
         """
-        self.calls += 1
+        self.answers += 1
         held = fingerprint(bodies), world.free.tobytes()
         with seeded_globals(globals_seed):
             states = global_states()
             try:
                 answer = question()
             except self.registry.error as error:
-                raise self.registry.error(f"{error} ({self.where})") from error.__cause__
-            drawn = [name for name, state in global_states().items() if state != states[name]]
+                raise self._error(f"{error} ({self.where})") from error.__cause__
+            drawn = drawn_from(states)
         if drawn:
             self.blame(
                 f"draws from the global generator of {drawn[0]}: draw from "
@@ -304,17 +362,7 @@ class TruthGuard:
 
     def blame(self, what: str) -> NoReturn:
         """Raise the kind's error: which part of the contract is broken, and where."""
-        raise self.registry.error(f"{self.registry.noun} '{self.name}' {what} ({self.where})")
-
-    def fly(self, make: Callable[[int], Mission], missions: int, seed: int) -> list[str]:
-        """Run missions in small caves to their ends, each twice; returns a description."""
-        for k in range(seed, seed + missions):
-            if outcome(make(k)) != outcome(make(k)):
-                raise self.registry.error(
-                    f"{self.registry.noun} '{self.name}' is not deterministic: the same mission in "
-                    f"small_world({k}) went differently when it was run again"
-                )
-        return [f"{missions} missions in small caves, each twice"] if missions else []
+        raise self._error(f"{self._subject} {what} ({self.where})")
 
 
 def outcome(mission: Mission) -> tuple[Any, ...]:

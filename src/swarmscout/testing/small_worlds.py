@@ -12,13 +12,14 @@ from swarmscout.core.streams import stream
 from swarmscout.destinations.selector import Selector
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
+from swarmscout.robots.bodies import TICKS, Bodies, place_bodies
 from swarmscout.robots.radio.radio import Radio
 from swarmscout.robots.sensors.sensor import Sensor
 from swarmscout.tasks.task import Task
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.world import World
 
-__all__ = ["DESIRED_SIZE", "short_mission", "small_world"]
+__all__ = ["DESIRED_SIZE", "places_with_robots", "short_mission", "small_world"]
 
 DESIRED_SIZE = 5
 """``teams.desired_size`` of short missions."""
@@ -111,3 +112,29 @@ def short_mission(
         radio=radio,
         task=task,
     )
+
+
+def places_with_robots(seed: int) -> list[tuple[str, Bodies, World]]:
+    """Places to sense in, in words, each with its robots."""
+    cave = small_world(seed)
+    room = World("room", np.ones((80, 80), dtype=np.uint8), 0.1, (-4.0, 3.0))
+    cell = np.zeros((3, 3), dtype=np.uint8)
+    cell[1, 1] = 1
+    field = World("field", np.ones((3000, 3000), dtype=np.uint8), 0.1)
+    return [
+        ("robots all over a cave", _robots(cave, 9, seed), cave),
+        ("one robot", _robots(cave, 1, seed), cave),
+        ("robots in an empty room", _robots(room, 6, seed), room),
+        ("a robot with walls all around", _robots(World("cell", cell, 0.5), 2, seed),
+         World("cell", cell, 0.5)),
+        ("nothing within reach", _robots(field, 3, seed, 150.0), field),
+    ]  # fmt: skip
+
+
+def _robots(world: World, robots: int, seed: int, place_m: float | None = None) -> Bodies:
+    rng = stream(seed, "check sensor", robots)
+    cells = np.argwhere(world.free)
+    position = world.frame.centres_of(cells[rng.integers(len(cells), size=robots)])
+    if place_m is not None:
+        position = place_m + rng.uniform(-1.0, 1.0, (robots, 2))
+    return place_bodies(position, rng.integers(0, TICKS, robots), np.full(robots, 9.0), seed=seed)
