@@ -28,6 +28,9 @@ KNOWN_FREE = 1  # counts[KNOWN_FREE]: cells that are free now
 KNOWN_OCCUPIED = 2
 FRONTIERS = 3
 
+_PER_MAP = ("evidence", "status", "price", "counts", "bounds")
+"""Arrays of ``OccupancyGrids`` with a row for each map."""
+
 
 @inlined
 def _is_frontier(status, row, col, rows, columns, neighbours):  # type: ignore[no-untyped-def]
@@ -273,7 +276,7 @@ class OccupancyGrids:
 
     def grow(self, maps: int) -> None:
         """Make room for a number of maps; those added hold nothing meaningful."""
-        for name in ("evidence", "status", "price", "counts", "bounds"):
+        for name in _PER_MAP:
             array = getattr(self, name)
             grown = np.empty((maps, array.shape[1]), dtype=array.dtype)
             grown[: len(array)] = array
@@ -281,13 +284,14 @@ class OccupancyGrids:
 
     def copy_row(self, source: int, target: int) -> None:
         """Make one map equal to another."""
-        for array in (self.evidence, self.status, self.price, self.counts, self.bounds):
+        for name in _PER_MAP:
+            array = getattr(self, name)
             array[target] = array[source]
 
     def fork(self, m: int) -> OccupancyGrids:
         """One map of its own, equal to map m now."""
         one = OccupancyGrids(self.frame, 1, self.model, self._neighbours)
-        for name in ("evidence", "status", "price", "counts", "bounds"):
+        for name in _PER_MAP:
             getattr(one, name)[0] = getattr(self, name)[m]
         return one
 

@@ -69,6 +69,15 @@ def inverse_model(
 
 
 @inlined
+def _add(window, span, sparse, row, col, increment):  # type: ignore[no-untyped-def]
+    """Add to a cell of the window, and note its column where few cells are touched."""
+    window[row, col] += increment
+    if sparse:
+        span[row, 0] = min(span[row, 0], col)
+        span[row, 1] = max(span[row, 1], col)
+
+
+@inlined
 def _append(window, span, low, left, rows, columns, cells, increments):  # type: ignore[no-untyped-def]
     """Write a scan's sums into a log, by row and column, and clear the window; returns how many."""
     written = 0
@@ -110,10 +119,7 @@ def _clear(  # type: ignore[no-untyped-def]
         else:
             fresh = row != hit_row or col != hit_col
         if fresh:
-            window[row, col] += free
-            if sparse:
-                span[row, 0] = min(span[row, 0], col)
-                span[row, 1] = max(span[row, 1], col)
+            _add(window, span, sparse, row, col, free)
         if min(next_col, next_row) > longest:
             return
         if next_col < next_row:
@@ -178,10 +184,7 @@ def scan_evidence(  # type: ignore[no-untyped-def]
                         if seen[hit_row, hit_col] == beam:
                             continue
                         seen[hit_row, hit_col] = beam
-                    window[hit_row, hit_col] += model.occupied
-                    if sparse:
-                        span[hit_row, 0] = min(span[hit_row, 0], hit_col)
-                        span[hit_row, 1] = max(span[hit_row, 1], hit_col)
+                    _add(window, span, sparse, hit_row, hit_col, model.occupied)
             for line in range(model.lines):
                 tick = (first + min(line * model.apart, model.opening)) % ticks
                 _clear(
@@ -193,10 +196,7 @@ def scan_evidence(  # type: ignore[no-untyped-def]
             # Deviation: a bump is a measurement too; the paper does not speak of contacts.
             row = int(math.floor(y + touch[i].dy_m / model.cell_m)) - low
             col = int(math.floor(x + touch[i].dx_m / model.cell_m)) - left
-            window[row, col] += model.occupied
-            if sparse:
-                span[row, 0] = min(span[row, 0], col)
-                span[row, 1] = max(span[row, 1], col)
+            _add(window, span, sparse, row, col, model.occupied)
         length[i] += _append(
             window, span, low, left, model.rows, model.columns,
             cells[i, length[i] :], increments[i, length[i] :],

@@ -9,7 +9,7 @@ from swarmscout.core.errors import ScenarioError
 from swarmscout.core.registry import Registry
 from swarmscout.robots.radio.radio import Radio
 
-__all__ = ["RADIOS", "radios"]
+__all__ = ["RADIOS"]
 
 RADIOS: Registry[Radio] = Registry(
     noun="radio",
@@ -22,8 +22,3 @@ RADIOS: Registry[Radio] = Registry(
         "disc": "swarmscout.robots.radio.disc:Disc",
     },
 )
-
-
-def radios() -> dict[str, str]:
-    """Names of all radios that can be used by name, each with one line on what it does."""
-    return RADIOS.names()
