@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from swarmscout.robots.bodies import Bodies
 from swarmscout.robots.radio.radio import links_now
 from swarmscout.robots.radio.registry import RADIOS
-from swarmscout.testing.harness import Report, TruthGuard
+from swarmscout.testing.harness import Report
 from swarmscout.testing.small_worlds import short_mission
+from swarmscout.testing.truth_guard import TruthGuard
 from swarmscout.worlds.world import World
 
 __all__ = ["check_radio"]

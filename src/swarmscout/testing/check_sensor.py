@@ -15,8 +15,9 @@ from swarmscout.core.scan import Scan
 from swarmscout.robots.bodies import Bodies
 from swarmscout.robots.sensors.registry import SENSORS
 from swarmscout.robots.sensors.sensor import checked_scan
-from swarmscout.testing.harness import Report, TruthGuard
+from swarmscout.testing.harness import Report
 from swarmscout.testing.small_worlds import short_mission
+from swarmscout.testing.truth_guard import TruthGuard
 from swarmscout.worlds.world import World
 
 __all__ = ["check_sensor"]

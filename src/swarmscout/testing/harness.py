@@ -12,13 +12,12 @@ from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any, ClassVar, Generic, NoReturn, Self, TypeVar
+from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from swarmscout.core.errors import SwarmscoutError
 from swarmscout.core.registry import Registry
 from swarmscout.core.tracebacks import describe_error
 from swarmscout.mission.mission import Mission
-from swarmscout.robots.bodies import Bodies
 from swarmscout.testing.fingerprints import (
     drawn_from,
     fingerprint,
@@ -28,12 +27,9 @@ from swarmscout.testing.fingerprints import (
     shifted_clocks,
     writes_read_only,
 )
-from swarmscout.testing.small_worlds import places_with_robots
-from swarmscout.worlds.world import World
 
-__all__ = ["Guard", "Report", "TruthGuard", "instance_of", "note_private_read", "outcome"]
+__all__ = ["Guard", "PlugInCheck", "Report", "instance_of", "note_private_read", "outcome"]
 
-R = TypeVar("R")
 V = TypeVar("V")
 
 _COUNTS = {1: "one argument", 2: "two arguments", 3: "three arguments"}
@@ -66,7 +62,7 @@ class Report:
         return "\n".join(lines)
 
 
-class _Checked:
+class PlugInCheck:
     """A plug-in under a check.
 
     Attributes:
@@ -131,7 +127,7 @@ class _Checked:
         return self.registry.error(message)
 
 
-class Guard(_Checked, ABC, Generic[V]):
+class Guard(PlugInCheck, ABC, Generic[V]):
     """A plug-in that asks another one in its place, and checks each answer.
 
     A subclass adds the kind's own method, which calls :meth:`answer`, and defines the views and
@@ -276,93 +272,6 @@ class Guard(_Checked, ABC, Generic[V]):
                 f"robots; {self.remember_in}"
             )
         return self.checked(answer, view)
-
-
-class TruthGuard(_Checked, ABC):
-    """Calls a plug-in that reads the truth (a sensor, a radio), and checks that it changes nothing.
-
-    Attributes:
-        answer_noun: what its answers are called in errors.
-    """
-
-    answer_noun: ClassVar[str]
-
-    @abstractmethod
-    def check(self, bodies: Bodies, world: World) -> None:
-        """Check all that shows in one place."""
-
-    def tried(self, make: Callable[[Self, int], Mission], missions: int, seed: int) -> Report:
-        """Check in many places and in missions.
-
-        Args:
-            make, missions: see :meth:`fly`.
-            seed: of the places and the missions.
-
-        Raises:
-            SwarmscoutError: the kind's own error: which rule was broken, and where.
-        """
-        places = []
-        for words, bodies, world in places_with_robots(seed):
-            self.where = f"with {words}"
-            self.check(bodies, world)
-            places.append(words)
-        return self.report(places + self.fly(make, missions, seed))
-
-    def steady(self, ask: Callable[[int, int], R], steps: tuple[int, int, int]) -> list[R]:
-        """Ask for three steps in two orders, and once with other seeds of the global generators.
-
-        Args:
-            ask: the answer of a step, with a seed of the global generators; see :meth:`call`.
-            steps: which.
-
-        Returns:
-            The answers to the three steps.
-        """
-        first, second, third = steps
-        answers = [ask(step, 1) for step in (first, second, third)]
-        again = [ask(step, 1) for step in (third, first, second)]
-        if fingerprint(ask(second, 2)) != fingerprint(again[2]):
-            self.blame("depends on global randomness: draw from stream(bodies.seed, PURPOSE, step)")
-        if fingerprint(answers) != fingerprint(again[1:] + again[:1]):
-            self.blame(
-                f"is not deterministic: it gave two different {self.answer_noun} for the same "
-                "bodies, world and step; draw from stream(bodies.seed, PURPOSE, step)"
-            )
-        return answers
-
-    def call(
-        self, question: Callable[[], R], bodies: Bodies, world: World, globals_seed: int = 1
-    ) -> R:
-        """Ask, and look afterwards at everything that it may not change.
-
-        Args:
-            question: asks the plug-in.
-            bodies, world: what it is shown.
-            globals_seed: seed of the global generators meanwhile.
-        """
-        self.answers += 1
-        held = fingerprint(bodies), world.free.tobytes()
-        with seeded_globals(globals_seed):
-            states = global_states()
-            try:
-                answer = question()
-            except self.registry.error as error:
-                raise self._error(f"{error} ({self.where})") from error.__cause__
-            drawn = drawn_from(states)
-        if drawn:
-            self.blame(
-                f"draws from the global generator of {drawn[0]}: draw from "
-                "stream(bodies.seed, PURPOSE, step)"
-            )
-        if fingerprint(bodies) != held[0]:
-            self.blame("changed the bodies")
-        if world.free.tobytes() != held[1]:
-            self.blame("changed the world")
-        return answer
-
-    def blame(self, what: str) -> NoReturn:
-        """Raise the kind's error: which part of the contract is broken, and where."""
-        raise self._error(f"{self._subject} {what} ({self.where})")
 
 
 def outcome(mission: Mission) -> tuple[Any, ...]:
