@@ -30,6 +30,7 @@ __all__ = [
     "ViewError",
     "WorldError",
     "did_you_mean",
+    "kind_in_words",
 ]
 
 
@@ -92,3 +93,13 @@ def did_you_mean(given: str, known: Iterable[str]) -> str:
     if near:
         return f"did you mean '{near[0]}'?"
     return f"known: {', '.join(names)}" if names else "none are known"
+
+
+def kind_in_words(thing: object) -> str:
+    """What a plug-in returned instead of what it should: "an array of float32"."""
+    # A command that only prints its help needs no arrays.
+    import numpy as np
+
+    if isinstance(thing, np.ndarray):
+        return f"an array of {thing.dtype}"
+    return "None" if thing is None else f"a {type(thing).__name__}"

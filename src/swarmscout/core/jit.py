@@ -28,6 +28,7 @@ kernels: dict[str, Any] = {}
 """Every kernel that has been imported so far, by its qualified name."""
 
 SHARED = (
+    "core/cells.py",
     "core/enums.py",
     "core/events.py",
     "mapping/occupancy.py",

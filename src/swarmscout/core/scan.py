@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Scan"]
+__all__ = ["TICKS", "Scan", "rays_in"]
+
+TICKS = 3600
+"""Angles are counted in ticks of 0.1°, so that turning never accumulates rounding errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,3 +35,15 @@ class Scan:
     directions: NDArray[np.int64]
     max_range_m: float
     opening: int = 0
+
+
+def rays_in(opening: int, range_m: float, cell_m: float) -> tuple[int, int]:
+    """How many rays a wide beam is made of, and how far they are apart, in ticks.
+
+    At the longest range neighbours are at most half a cell apart, or one tick.
+
+    Args:
+        opening: the beam's, in ticks; range_m: the longest range; cell_m: edge of a cell.
+    """
+    apart = max(1, int(0.5 * cell_m / range_m * TICKS / (2.0 * math.pi)))
+    return -(-opening // apart) + 1, apart

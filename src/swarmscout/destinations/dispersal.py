@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from swarmscout.core.cells import offset
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.minds.modes import is_on_task
 
@@ -62,8 +63,7 @@ def _list_cells(marks, candidate_bit, centre, reach_cells, columns, rows, cells)
 @inlined
 def _effort(mate, cell, rules, headings):  # type: ignore[no-untyped-def]
     """Distance and turn, in metres, from a robot as heard to a cell; and the distance alone."""
-    dx = rules.origin_x_m + (cell % rules.columns + 0.5) * rules.cell_m - mate.x_m
-    dy = rules.origin_y_m + (cell // rules.columns + 0.5) * rules.cell_m - mate.y_m
+    dx, dy = offset(cell, mate.x_m, mate.y_m, rules)
     away = math.sqrt(dx * dx + dy * dy)
     if away == 0.0:
         return 0.0, 0.0

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from swarmscout.core.jit import kernel
 from swarmscout.core.parameters import Metres, checked_dataclass
-from swarmscout.destinations.path_lengths import ways_m
+from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
 
@@ -140,12 +140,7 @@ class MultiCriteria:
         to_x, to_y = view.frontiers_m[chosen].tolist()
         length = float(np.hypot(to_x - x, to_y - y)) or 1.0
         share = (1.0 - self.keep) / length
-        row, col = view.frontiers[chosen].tolist()
-        return Choice(
-            (row, col),
-            reason=f"score {score[chosen]:.1f} m, way {ways[chosen]:.1f} m",
-            memory=(
-                self.keep * kept_x + share * (to_x - x),
-                self.keep * kept_y + share * (to_y - y),
-            ),
+        ahead = (self.keep * kept_x + share * (to_x - x), self.keep * kept_y + share * (to_y - y))
+        return choice_of(
+            view, chosen, f"score {score[chosen]:.1f} m, way {ways[chosen]:.1f} m", memory=ahead
         )

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from swarmscout.destinations.path_lengths import choice_of
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
 
@@ -32,5 +33,4 @@ class Nearest:
             reason = "no route to any frontier: the nearest in a straight line"
         else:
             reason = f"nearest by route, cost {costs[chosen]:.2f} m"
-        row, col = view.frontiers[chosen].tolist()
-        return Choice((row, col), reason=reason)
+        return choice_of(view, chosen, reason)

@@ -50,9 +50,18 @@ class Quantile:
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`; the memory is the bias."""
+        return self._choose(view, memory, len(view.frontiers), "frontiers")
+
+    def _choose(self, view: LeaderView, memory: Any, among: int, what: str) -> Choice:
+        """The frontier at a random quantile of the distance, among the nearest ones.
+
+        Args:
+            view, memory: see :meth:`choose`.
+            among: how many of the nearest frontiers count. what: what they are called.
+        """
         bias, quantile = self.draw(view, memory)
         distances = view.distances_m
-        rank = round(quantile * (len(distances) - 1))
+        rank = round(quantile * (among - 1))
         # Frontiers come in the order of their cells, so a stable choice settles ties by cell:
         # all that are nearer than the distance at this rank stand before those at just it.
         at = np.partition(distances, rank)[rank]
@@ -61,7 +70,7 @@ class Quantile:
         row, col = view.frontiers[chosen].tolist()
         return Choice(
             (row, col),
-            reason=f"quantile {quantile:.3f} of {len(distances)} frontiers by distance",
+            reason=f"quantile {quantile:.3f} of {among} {what} by distance",
             memory=bias,
             details={"quantile": quantile, "bias": bias, "rank": rank},
         )

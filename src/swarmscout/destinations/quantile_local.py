@@ -35,14 +35,5 @@ class QuantileLocal(Quantile):
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`; the memory is the bias."""
-        bias, quantile = self.draw(view, memory)
-        distances = view.distances_m
-        near = int(np.count_nonzero(distances <= self.radius_m)) or len(distances)
-        rank = round(quantile * (near - 1))
-        row, col = view.frontiers[int(np.argsort(distances, kind="stable")[rank])].tolist()
-        return Choice(
-            (row, col),
-            reason=f"quantile {quantile:.3f} of {near} near frontiers by distance",
-            memory=bias,
-            details={"quantile": quantile, "bias": bias, "rank": rank},
-        )
+        near = int(np.count_nonzero(view.distances_m <= self.radius_m)) or len(view.frontiers)
+        return self._choose(view, memory, near, "near frontiers")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from swarmscout.destinations.path_lengths import choice_of
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
 
@@ -17,5 +18,5 @@ class Random:
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`."""
-        row, col = view.frontiers[view.rng.integers(len(view.frontiers))].tolist()
-        return Choice((row, col), reason=f"one of {len(view.frontiers)} at random")
+        frontiers = len(view.frontiers)
+        return choice_of(view, int(view.rng.integers(frontiers)), f"one of {frontiers} at random")

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from swarmscout.core.cells import offset
 from swarmscout.core.enums import (
     DROP,
     NO_CAUSE,
@@ -25,7 +26,14 @@ from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.minds.modes import is_on_task
 
-__all__ = ["RENEWAL", "due_step", "find_stale", "report_reached", "share_destinations"]
+__all__ = [
+    "RENEWAL",
+    "avoid_given_up",
+    "due_step",
+    "find_stale",
+    "report_reached",
+    "share_destinations",
+]
 
 RENEWAL = np.dtype(
     [
@@ -69,8 +77,7 @@ def report_reached(own, notices, rules):  # type: ignore[no-untyped-def]
         cell = me.destination
         if not me.thinks or cell < 0 or not is_on_task(me.mode):
             continue
-        dx = rules.origin_x_m + (cell % rules.columns + 0.5) * rules.cell_m - me.x_m
-        dy = rules.origin_y_m + (cell // rules.columns + 0.5) * rules.cell_m - me.y_m
+        dx, dy = offset(cell, me.x_m, me.y_m, rules)
         if dx * dx + dy * dy <= rules.reach_m * rules.reach_m:
             notices[i].reached = cell
 

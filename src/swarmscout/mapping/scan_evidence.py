@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 from swarmscout.core.enums import WALL_CONTACT
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.core.scan import Scan
+from swarmscout.core.scan import TICKS, Scan, rays_in
 from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.log_odds import InverseSensorModel
 
 __all__ = ["inverse_model", "observe", "rays_per_beam", "scan_evidence"]
 
-_TICKS = 3600
 _MODEL = np.dtype([
     # The occupancy grid's frame.
     ("origin_x_m", "f8"), ("origin_y_m", "f8"), ("cell_m", "f8"), ("rows", "i8"), ("columns", "i8"),
@@ -31,7 +30,7 @@ _MODEL = np.dtype([
     # The beams: longest range, opening, and the bundle of rays that a beam stands for, in ticks.
     ("range_m", "f8"), ("opening", "i8"), ("apart", "i8"), ("lines", "i8"),
     # Cells from a robot's own one to the border of what its scan can touch; (cos, sin).
-    ("reach", "i8"), ("table", "f8", (_TICKS, 2)),
+    ("reach", "i8"), ("table", "f8", (TICKS, 2)),
 ])  # fmt: skip
 
 
@@ -43,8 +42,7 @@ def rays_per_beam(scan: Scan, cell_m: float) -> tuple[int, int]:
     Args:
         scan: any scan of a sensor; cell_m: edge of a map cell.
     """
-    apart = max(1, int(0.5 * cell_m / scan.max_range_m * _TICKS / (2.0 * math.pi)))
-    return -(-scan.opening // apart) + 1, apart
+    return rays_in(scan.opening, scan.max_range_m, cell_m)
 
 
 def inverse_model(

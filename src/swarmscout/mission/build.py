@@ -19,7 +19,6 @@ from swarmscout.core.scan import Scan
 from swarmscout.core.streams import stream
 from swarmscout.destinations.asking import AskingSelector
 from swarmscout.destinations.grid_kernels import CELL_BITS
-from swarmscout.destinations.registry import SELECTORS
 from swarmscout.destinations.selection import Destinations, Setting
 from swarmscout.destinations.selector import Selector
 from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS
@@ -28,26 +27,20 @@ from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.mapping.scan_evidence import inverse_model, rays_per_beam
 from swarmscout.mission.metrics import Judge, map_truth
+from swarmscout.mission.plug_ins import POLICY, RADIO, SELECTOR, SENSOR, TASK
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.routes import Planner, Vehicle
 from swarmscout.robots.battery import CHARGER
 from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
 from swarmscout.robots.motion import Motion
-from swarmscout.robots.radio.parameters import radio_parameters
 from swarmscout.robots.radio.radio import Radio, ScriptedRadio
-from swarmscout.robots.radio.registry import RADIOS
-from swarmscout.robots.sensors.parameters import sensor_parameters
-from swarmscout.robots.sensors.registry import SENSORS
 from swarmscout.robots.sensors.sensor import Sensing, Sensor
 from swarmscout.tasks.checked_task import CheckedTask
-from swarmscout.tasks.parameters import task_parameters
-from swarmscout.tasks.registry import TASKS
 from swarmscout.tasks.task import Task
 from swarmscout.teams.desired_size import DesiredSizes
 from swarmscout.teams.formation import TeamFormation
 from swarmscout.teams.policy import DesiredSizePolicy
-from swarmscout.teams.registry import POLICIES
 from swarmscout.worlds.checks import check_world
 from swarmscout.worlds.ground_plane import without_steep
 from swarmscout.worlds.meshes.mesh import Mesh
@@ -193,9 +186,8 @@ def make_sensing(
     mesh = make_mesh(world, scenario)
     seen = ground if mesh is None or ground.mesh is mesh else replace(ground, mesh=mesh)
     if sensor is None:
-        parameters = sensor_parameters(scenario.sensor)
-        sensor = SENSORS.make(scenario.sensor.model, parameters, base)
-    name = rule_name(scenario.sensor.model).removeprefix(IN_MEMORY)
+        sensor = SENSOR.make(scenario, base)
+    name = rule_name(SENSOR.name(scenario)).removeprefix(IN_MEMORY)
     return Sensing(sensor, name, bodies, seen)
 
 
@@ -237,7 +229,6 @@ def make_destinations(
     Raises:
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
     """
-    name = scenario.destinations
     rule = _fitting(selector, scenario) if selector else make_rule(scenario, base)
     setting = Setting(
         scenario.seed,
@@ -249,7 +240,8 @@ def make_destinations(
         scenario.teams.position == "center",
     )
     task = task or make_task(scenario, base)
-    return Destinations(rule, rule_name(name), scenario.renewal, scenario.teams, setting, task)
+    name = rule_name(SELECTOR.name(scenario))
+    return Destinations(rule, name, scenario.renewal, scenario.teams, setting, task)
 
 
 def make_task(scenario: Scenario, base: Path | None, task: Task | None = None) -> CheckedTask:
@@ -261,9 +253,8 @@ def make_task(scenario: Scenario, base: Path | None, task: Task | None = None) -
     Raises:
         TaskError: there is no such task, or it does not take the scenario's parameters.
     """
-    name = scenario.task.model
-    rule = task or TASKS.make(name, task_parameters(scenario.task), base)
-    return CheckedTask(rule, rule_name(name).removeprefix(IN_MEMORY))
+    rule = task or TASK.make(scenario, base)
+    return CheckedTask(rule, rule_name(TASK.name(scenario)).removeprefix(IN_MEMORY))
 
 
 def make_rule(scenario: Scenario, base: Path | None) -> Selector:
@@ -272,7 +263,7 @@ def make_rule(scenario: Scenario, base: Path | None) -> Selector:
     Raises:
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
     """
-    return _fitting(SELECTORS.make(scenario.destinations, scenario.selector, base), scenario)
+    return _fitting(SELECTOR.make(scenario, base), scenario)
 
 
 def make_radio(
@@ -292,9 +283,8 @@ def make_radio(
     """
     if links is not None:
         return ScriptedRadio(links)
-    if radio is not None:
-        return radio
-    return RADIOS.make(scenario.radio.model, radio_parameters(scenario.radio), base)
+    made: Radio = RADIO.make(scenario, base) if radio is None else radio
+    return made
 
 
 def make_formation(scenario: Scenario) -> TeamFormation:
@@ -357,8 +347,8 @@ def make_desired_sizes(
     Raises:
         PolicyError: there is no such policy, or it does not take the scenario's parameters.
     """
-    name, size = scenario.teams.policy, scenario.teams.desired_size
-    return DesiredSizes(policy or POLICIES.make(name, scenario.policy, base), rule_name(name), size)
+    rule = policy or POLICY.make(scenario, base)
+    return DesiredSizes(rule, rule_name(POLICY.name(scenario)), scenario.teams.desired_size)
 
 
 def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> Dispatcher | None:

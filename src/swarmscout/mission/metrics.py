@@ -28,7 +28,13 @@ from swarmscout.core.events import EventLog, note
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.jit import kernel
 from swarmscout.mapping.evidence import EvidenceLog
-from swarmscout.mapping.occupancy import LABEL_BITS, OccupancyGrids
+from swarmscout.mapping.occupancy import (
+    FRONTIERS,
+    KNOWN_FREE,
+    KNOWN_OCCUPIED,
+    LABEL_BITS,
+    OccupancyGrids,
+)
 from swarmscout.minds.minds import Minds
 from swarmscout.robots.bodies import Bodies
 from swarmscout.worlds.reachability import reachable
@@ -284,8 +290,8 @@ class Judge:
         return {
             "explored_m2": self.area_m2[-1],
             "explored_fraction": self.area_m2[-1] / self.reachable_m2,
-            "known_cells": counts[1] + counts[2],
-            "frontier_cells": counts[3],
+            "known_cells": counts[KNOWN_FREE] + counts[KNOWN_OCCUPIED],
+            "frontier_cells": counts[FRONTIERS],
             "teams": int(tally["teams"]),
             "charging": int(tally["charging"]),
             "stranded": self.stranded,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from swarmscout.core.errors import ScenarioError
@@ -18,7 +19,7 @@ from swarmscout.tasks.parameters import task_parameters
 from swarmscout.tasks.registry import TASKS
 from swarmscout.teams.registry import POLICIES
 
-__all__ = ["PLUG_INS", "PlugIn", "complete"]
+__all__ = ["PLUG_INS", "POLICY", "RADIO", "SELECTOR", "SENSOR", "TASK", "PlugIn", "complete"]
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,18 @@ class PlugIn:
         """The name or ``FILE.py:NAME`` in a scenario."""
         section = getattr(scenario, self.section) if self.section else scenario
         return str(getattr(section, self.key))
+
+    def make(self, scenario: Scenario, base: Path | None) -> Any:
+        """The plug-in that a scenario names.
+
+        Args:
+            scenario: names it. base: folder for its file.
+
+        Raises:
+            SwarmscoutError: the kind's own error: there is no such plug-in, or it does not take
+                the scenario's parameters.
+        """
+        return self.registry.make(self.name(scenario), self.parameters(scenario), base)
 
     def renamed(self, scenario: Scenario, name: str) -> Scenario:
         """A scenario with another name in this place."""
@@ -73,6 +86,7 @@ PLUG_INS = (
     PlugIn("radio", "model", RADIOS, lambda scenario: radio_parameters(scenario.radio)),
     PlugIn("task", "model", TASKS, lambda scenario: task_parameters(scenario.task)),
 )
+SELECTOR, POLICY, SENSOR, RADIO, TASK = PLUG_INS
 
 
 def complete(scenario: object, seed: int | None, *given: object) -> Scenario:

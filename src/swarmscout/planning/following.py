@@ -16,8 +16,10 @@ import math
 
 import numpy as np
 
+from swarmscout.core.cells import offset
 from swarmscout.core.enums import CHARGE, FORWARD, LEFT, NO_CONTACT, RIGHT, STOP
 from swarmscout.core.jit import inlined, kernel
+from swarmscout.mapping.occupancy import CLOSED
 from swarmscout.planning.route_table import NOWHERE, STATION
 
 __all__ = ["DRIVING", "find_needs", "mark_standing", "steer"]
@@ -44,15 +46,6 @@ OFF_ROUTE_CELLS = 2.5
 OFF_ROUTE_M = 2.5
 # The waypoint is at most so many cells ahead.
 SIGHT_CELLS = 8
-
-
-@inlined
-def _offset(cell, x, y, grid):  # type: ignore[no-untyped-def]
-    """From a point to the centre of a cell, in metres."""
-    return (
-        grid.origin_x_m + (cell % grid.columns + 0.5) * grid.cell_m - x,
-        grid.origin_y_m + (cell // grid.columns + 0.5) * grid.cell_m - y,
-    )
 
 
 @inlined
@@ -182,10 +175,10 @@ def find_needs(own, ear, price, counts, routes, cells, grid, step):  # type: ign
         elif route.at >= cells.shape[1]:
             need = True
         else:
-            dx, dy = _offset(cells[i, route.at], me.x_m, me.y_m, grid)
+            dx, dy = offset(cells[i, route.at], me.x_m, me.y_m, grid)
             need = dx * dx + dy * dy > max(OFF_ROUTE_CELLS * grid.cell_m, OFF_ROUTE_M) ** 2
             m = ear[i]
-            if counts[m, 0] > 0 and not need:
+            if counts[m, CLOSED] > 0 and not need:
                 need = _way_is_closed(price[m], route, cells[i], grid.columns)
         if need:
             route.need = 1
@@ -200,17 +193,17 @@ def _next_waypoint(me, route, cells, price, sight, grid):  # type: ignore[no-unt
     dx = 0.0
     dy = 0.0
     while route.at < longest:
-        dx, dy = _offset(cells[route.at], me.x_m, me.y_m, grid)
+        dx, dy = offset(cells[route.at], me.x_m, me.y_m, grid)
         if dx * dx + dy * dy > grid.waypoint_m * grid.waypoint_m:
             break
         route.at += 1
     for a in range(min(longest, route.at + sight) - 1, route.at, -1):
-        far_x, far_y = _offset(cells[a], me.x_m, me.y_m, grid)
+        far_x, far_y = offset(cells[a], me.x_m, me.y_m, grid)
         if not _lane_is_free(price, me.x_m, me.y_m, far_x, far_y, grid):
             continue
         # What lies before it is as good as driven once the robot is nearer to what follows.
         while route.at < a:
-            ax, ay = _offset(cells[route.at + 1], me.x_m, me.y_m, grid)
+            ax, ay = offset(cells[route.at + 1], me.x_m, me.y_m, grid)
             if ax * ax + ay * ay > dx * dx + dy * dy:
                 break
             route.at += 1

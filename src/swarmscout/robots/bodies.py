@@ -9,10 +9,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CAPABILITIES", "TICKS", "TOUCH", "Bodies", "heading_table", "place_bodies", "to_ticks"]
+from swarmscout.core.scan import TICKS
 
-TICKS = 3600
-"""Headings are counted in tenths of a degree, so that turning never accumulates rounding errors."""
+__all__ = ["CAPABILITIES", "TICKS", "TOUCH", "Bodies", "heading_table", "place_bodies", "to_ticks"]
 
 CAPABILITIES = np.dtype(
     [("drive", "?"), ("sense", "?"), ("send", "?"), ("hear", "?"), ("think", "?")]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.errors import TaskError
+from swarmscout.core.errors import TaskError, kind_in_words
 from swarmscout.core.tracebacks import describe_error
 from swarmscout.mapping.occupancy import FRONTIER, BeliefView, OccupancyGrids
 from swarmscout.tasks.exploration import Exploration
@@ -122,7 +122,7 @@ class CheckedTask:
 def wrong_candidates(found: object, map: BeliefView) -> str | None:
     """What is wrong with a task's candidates in a map, or None."""
     if not isinstance(found, np.ndarray) or found.dtype != np.bool_:
-        return f"returned {_a(found)} as candidates, expected bool[rows, columns]"
+        return f"returned {kind_in_words(found)} as candidates, expected bool[rows, columns]"
     if found.shape != map.frame.shape:
         return (
             f"returned candidates of shape {found.shape}, expected map.frame.shape = "
@@ -141,12 +141,6 @@ def wrong_reason(reason: object) -> str | None:
 def wrong_score(score: object) -> str | None:
     """What is wrong with a task's score, or None."""
     return None if _is_finite(score) else f"returned {score!r} in score, expected a number"
-
-
-def _a(thing: object) -> str:
-    if isinstance(thing, np.ndarray):
-        return f"an array of {thing.dtype}"
-    return "None" if thing is None else f"a {type(thing).__name__}"
 
 
 def _is_finite(value: Any, above: float = -math.inf) -> bool:

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from swarmscout.core.scan import Scan
-from swarmscout.robots.bodies import TICKS, Bodies, to_ticks
+from swarmscout.core.scan import Scan, rays_in
+from swarmscout.robots.bodies import Bodies, to_ticks
 from swarmscout.robots.sensors.parameters import ConeParameters
 from swarmscout.robots.sensors.ray_sensor import RaySensor
 from swarmscout.worlds.world import World
@@ -38,8 +38,7 @@ class Cone(ConeParameters, RaySensor):
         """See :class:`swarmscout.robots.sensors.sensor.Sensor`."""
         opening = to_ticks(self.opening_deg)
         # Rays so close that at the longest range at least one meets each wall cell in the cone.
-        apart = max(1, int(0.5 * world.resolution_m / self.range_m * TICKS / (2.0 * math.pi)))
-        rays = -(-opening // apart) + 1
+        rays, _ = rays_in(opening, self.range_m, world.resolution_m)
         bundle = np.rint(np.linspace(-opening / 2, opening / 2, rays)).astype(np.int64)
         nearest = self._cast(bodies, world, bundle).min(axis=1, keepdims=True)
         return Scan(self._measured(nearest, bodies, step), _AHEAD, self.range_m, opening)

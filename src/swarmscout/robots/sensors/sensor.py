@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from swarmscout.core.errors import SensorError
+from swarmscout.core.errors import SensorError, kind_in_words
 from swarmscout.core.scan import Scan
 from swarmscout.core.tracebacks import describe_error
 from swarmscout.robots.bodies import TICKS, Bodies
@@ -117,14 +117,14 @@ def checked_scan(
 def _wrong_with(scan: object, robots: int) -> str | None:
     """What is wrong with a scan in itself, or None."""
     if not isinstance(scan, Scan):
-        return f"scan returned {_a(scan)}, expected a swarmscout.core.scan.Scan"
+        return f"scan returned {kind_in_words(scan)}, expected a swarmscout.core.scan.Scan"
     ranges, directions = scan.ranges, scan.directions
     if not (isinstance(directions, np.ndarray) and directions.dtype == np.int64):
-        return f"directions are {_a(directions)}, expected int64[beams] in ticks of 0.1°"
+        return f"directions are {kind_in_words(directions)}, expected int64[beams] in ticks of 0.1°"
     if directions.ndim != 1 or not len(directions):
         return f"directions have shape {directions.shape}, expected one number for each beam"
     if not (isinstance(ranges, np.ndarray) and ranges.dtype == np.float64):
-        return f"ranges are {_a(ranges)}, expected float64[{robots}, {len(directions)}]"
+        return f"ranges are {kind_in_words(ranges)}, expected float64[{robots}, {len(directions)}]"
     if ranges.shape != (robots, len(directions)):
         return f"ranges have shape {ranges.shape}, expected ({robots}, {len(directions)})"
     if not (ranges.flags.c_contiguous and directions.flags.c_contiguous):
@@ -142,9 +142,3 @@ def _wrong_with(scan: object, robots: int) -> str | None:
             f"max_range_m = {longest:g}, or inf where nothing was met"
         )
     return None
-
-
-def _a(thing: object) -> str:
-    if isinstance(thing, np.ndarray):
-        return f"an array of {thing.dtype}"
-    return "None" if thing is None else f"a {type(thing).__name__}"
