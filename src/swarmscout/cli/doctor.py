@@ -51,6 +51,7 @@ def _facts() -> tuple[dict[str, Any], list[str]]:
     from importlib.metadata import PackageNotFoundError, version
 
     from swarmscout import __version__
+    from swarmscout.core.cores import usable_cores
     from swarmscout.mission.mission import RULES_VERSION
 
     troubles = []
@@ -58,7 +59,7 @@ def _facts() -> tuple[dict[str, Any], list[str]]:
     system = f"{platform.system()} {platform.machine()}"
     facts = {
         "swarmscout": f"{__version__}, rules {RULES_VERSION}, {python}",
-        "system": f"{system}, {_cores()} cores for this process",
+        "system": f"{system}, {usable_cores()} cores for this process",
     }
     for package in _PACKAGES:
         try:
@@ -92,14 +93,6 @@ def _common(folders: list[Path]) -> Path:
     import os
 
     return Path(os.path.commonpath(folders))
-
-
-def _cores() -> int:
-    import os
-
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _writable(folder: Path) -> bool:

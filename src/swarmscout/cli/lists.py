@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-__all__ = ["app"]
+__all__ = ["app", "print_names"]
 
 app = App(
     name="list", help="List selectors, policies, sensors, radios, tasks, worlds, scenario keys."
@@ -22,7 +22,7 @@ def selectors(*, json: Json = False) -> None:
     from swarmscout.destinations.registry import RECOMMENDED, model_selectors
     from swarmscout.destinations.registry import selectors as known
 
-    _print(known() | model_selectors(), json=json, recommended=RECOMMENDED)
+    print_names(known() | model_selectors(), json=json, recommended=RECOMMENDED)
 
 
 @app.command
@@ -30,7 +30,7 @@ def policies(*, json: Json = False) -> None:
     """Policies that set the desired team size (explore --set teams.policy=NAME)."""
     from swarmscout.teams.registry import policies as known
 
-    _print(known(), json=json)
+    print_names(known(), json=json)
 
 
 @app.command
@@ -38,7 +38,7 @@ def sensors(*, json: Json = False) -> None:
     """Range sensors (explore --set sensor.model=NAME)."""
     from swarmscout.robots.sensors.registry import SENSORS
 
-    _print(SENSORS.names(), json=json)
+    print_names(SENSORS.names(), json=json)
 
 
 @app.command
@@ -46,7 +46,7 @@ def radios(*, json: Json = False) -> None:
     """Radios: who hears whom (explore --set radio.model=NAME)."""
     from swarmscout.robots.radio.registry import RADIOS
 
-    _print(RADIOS.names(), json=json)
+    print_names(RADIOS.names(), json=json)
 
 
 @app.command
@@ -54,7 +54,7 @@ def tasks(*, json: Json = False) -> None:
     """Tasks: what is worth heading for (explore --set task.model=NAME)."""
     from swarmscout.tasks.registry import TASKS
 
-    _print(TASKS.names(), json=json)
+    print_names(TASKS.names(), json=json)
 
 
 @app.command
@@ -62,7 +62,7 @@ def worlds(*, json: Json = False) -> None:
     """Worlds of the package (explore --world NAME)."""
     from swarmscout.worlds.catalogue import named_worlds
 
-    _print(named_worlds(), json=json)
+    print_names(named_worlds(), json=json)
 
 
 @app.command
@@ -93,7 +93,16 @@ def keys(part: str = "", /, *, json: Json = False) -> None:
         print(textwrap.fill(key.meaning, columns, initial_indent=indent, subsequent_indent=indent))
 
 
-def _print(lines: Mapping[str, str], *, json: bool, recommended: str | None = None) -> None:
+def print_names(
+    lines: Mapping[str, str], *, json: bool = False, recommended: str | None = None
+) -> None:
+    """Print names and what they mean as a table, or as a JSON object.
+
+    Args:
+        lines: name → one line.
+        json: print JSON.
+        recommended: the name that gets a mark in the table.
+    """
     if json:
         _print_json(dict(lines))
         return

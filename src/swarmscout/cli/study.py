@@ -79,6 +79,7 @@ def run_and_show(
     from swarmscout.cli.compiling import say_if_compiling
     from swarmscout.cli.interrupts import Interrupted
     from swarmscout.cli.study_progress import StudyProgress
+    from swarmscout.core.cores import usable_cores
     from swarmscout.core.errors import StudyError
     from swarmscout.studies.engines import DaskEngine, LocalEngine
     from swarmscout.studies.progress import RunningTotals
@@ -86,7 +87,7 @@ def run_and_show(
 
     engine: Any
     if scheduler is None:
-        engine = LocalEngine(_cores() if jobs is None else jobs)
+        engine = LocalEngine(usable_cores() if jobs is None else jobs)
     else:
         engine = DaskEngine(scheduler)
     left = len(study.todo(retry=retry))
@@ -166,11 +167,3 @@ def _wrapped(line: str) -> str:
 
     width = get_terminal_size((10_000, 24)).columns
     return textwrap.fill(line, max(20, width), subsequent_indent="  ")
-
-
-def _cores() -> int:
-    import os
-
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
-from swarmscout.cli.numbers import WholeNumber
+from swarmscout.cli.values import convert_value
 from swarmscout.cli.world_report import draw, print_hints, report, with_inverted_hint
 
 if TYPE_CHECKING:
@@ -19,7 +19,12 @@ __all__ = ["app"]
 
 _MOST_ROBOTS = 100_000
 
-app = App(name="worlds", help="List, show, import and generate worlds.", help_format="plaintext")
+app = App(
+    name="worlds",
+    help="List, show, import and generate worlds.",
+    help_format="plaintext",
+    default_parameter=Parameter(converter=convert_value),
+)
 
 _Place = Annotated[str | None, Parameter(metavar="X,Y[,Z]", allow_leading_hyphen=True)]
 _Points = Annotated[
@@ -36,12 +41,11 @@ _Picture = Annotated[Path | None, Parameter(metavar="PICTURE.png")]
 @app.command(name="list")
 def list_worlds() -> None:
     """Worlds that come with the package, and world readers of other packages."""
+    from swarmscout.cli.lists import print_names
     from swarmscout.worlds.catalogue import named_worlds
     from swarmscout.worlds.readers import READERS
 
-    lines = named_worlds() | READERS.names()
-    for name, line in lines.items():
-        print(f"{name:<{max(map(len, lines))}}  {line}")
+    print_names(named_worlds() | READERS.names())
 
 
 @app.command
@@ -49,8 +53,8 @@ def show(
     world: str,
     /,
     *,
-    seed: WholeNumber | None = None,
-    robots: WholeNumber = 15,
+    seed: int | None = None,
+    robots: int = 15,
     metres_per_cell: float | None = None,
     free: _Values = None,
     occupied: _Values = None,
@@ -77,7 +81,6 @@ def show(
         world, seed=seed, cell_m=metres_per_cell, resolution_m=resolution, free=free,
         occupied=occupied,
     )  # fmt: skip
-    out = _expanded(out)
     suffix = "" if seed is None else f"-{seed}"
     if world not in NAMED_TUBES:
         suffix = "-world"  # my_map.png, or the image beside my_map.yaml, is the map itself.
@@ -98,7 +101,7 @@ def generate(
     name: str = "tube",
     /,
     *,
-    seed: WholeNumber = 0,
+    seed: int = 0,
     like: str = "lava-tube",
     layout: Literal["tube", "maze"] | None = None,
     size: float | None = None,
@@ -107,17 +110,17 @@ def generate(
     narrowest: float | None = None,
     widest: float | None = None,
     winding: float | None = None,
-    braids: WholeNumber | None = None,
-    branches: WholeNumber | None = None,
+    braids: int | None = None,
+    branches: int | None = None,
     branch_length: float | None = None,
-    pillars: WholeNumber | None = None,
-    piles: WholeNumber | None = None,
+    pillars: int | None = None,
+    piles: int | None = None,
     roughness: float | None = None,
     resolution: float | None = None,
     mesh: _MeshFile = None,
     mesh_resolution: float | None = None,
-    skylights: WholeNumber | None = None,
-    robots: WholeNumber = 15,
+    skylights: int | None = None,
+    robots: int = 15,
     out: _Folder = None,
 ) -> None:
     """Generate a lava tube and write it into a folder with a picture.
@@ -156,7 +159,6 @@ def generate(
     if like not in NAMED_TUBES:
         near = did_you_mean(like, NAMED_TUBES)
         raise WorldError(f"--like '{like}' is not a named world: {near}")
-    out, mesh = _expanded(out), _expanded(mesh)
     given: dict[str, Any] = {
         "layout": layout, "size_m": size, "length_m": length, "width_m": width,
         "narrowest_m": narrowest, "widest_m": widest, "winding": winding, "braids": braids,
@@ -184,7 +186,7 @@ def import_world(
     metres_per_cell: float | None = None,
     free: _Values = None,
     occupied: _Values = None,
-    seed: WholeNumber | None = None,
+    seed: int | None = None,
     up: Literal["z", "y", "x"] | None = None,
     scale: float | None = None,
     roof: bool | None = None,
@@ -194,7 +196,7 @@ def import_world(
     resolution: float | None = None,
     start: _Place = None,
     station: _Points = (),
-    robots: WholeNumber = 15,
+    robots: int = 15,
     out: _Folder = None,
 ) -> None:
     """Import a map or a mesh as a world; print a report and draw a picture.
@@ -222,11 +224,12 @@ def import_world(
         out: a new folder; by default one in the working directory with the name of the map.
     """
     from swarmscout.core.errors import WorldError
+    from swarmscout.core.paths import expanded
     from swarmscout.worlds.arrays import with_places
     from swarmscout.worlds.catalogue import load_world
     from swarmscout.worlds.meshes.files import MESH_SUFFIXES
 
-    out, source = _expanded(out), Path(os.path.expandvars(file)).expanduser()
+    source = expanded(file)
     is_mesh = source.suffix.lower() in MESH_SUFFIXES and ".py:" not in file
     stations = [_point("--station", text) for text in station] or None
     if not is_mesh:
@@ -355,11 +358,6 @@ def _keep(world: World, robots: int, out: Path | None, *, reported: bool = False
     print(f"world: {folder}")
     draw(world, robots, folder / "world.png")
     return folder
-
-
-def _expanded(path: Path | None) -> Path | None:
-    """A path with ``~`` and variables replaced, as a shell does in most places."""
-    return None if path is None else Path(os.path.expandvars(path)).expanduser()
 
 
 def _point(option: str, text: str, most: int = 2) -> tuple[float, ...]:

@@ -16,6 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
 
+from swarmscout.core.cores import usable_cores
 from swarmscout.core.errors import ModelError
 from swarmscout.core.extras import install_command
 from swarmscout.core.language_model import Reply, Request
@@ -32,8 +33,7 @@ CONTEXT_TOKENS = 8192
 
 def servers_at_once() -> int:
     """Number of server processes: one per core, at most two."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return max(1, min(2, cores or 1))
+    return min(2, usable_cores())
 
 
 class Embedded:

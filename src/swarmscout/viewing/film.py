@@ -133,8 +133,7 @@ class Film:
                 )
                 sprites.paste(picture, line, *place(team.centre_m[None])[0])
         marks = [sprites.disc(rgb(colour), round(4 * size) / 4) for colour in DARK.robots]
-        kinds = np.where(moment.alive, moment.charging.astype(int), 2)
-        for (x, y), kind in zip(place(moment.place_m), kinds.tolist(), strict=True):
+        for (x, y), kind in zip(place(moment.place_m), moment.robot_kinds.tolist(), strict=True):
             sprites.paste(picture, marks[kind], x, y)
         leaders = [team.leader for team in moment.teams if len(team.members) > 1]
         for x, y in place(moment.place_m[leaders]):

@@ -60,6 +60,11 @@ class Moment:
     labels: NDArray[np.uint8]
     explored_m2: float
 
+    @property
+    def robot_kinds(self) -> NDArray[np.int64]:
+        """int64[N]: 0 explores, 1 charges, 2 is stranded, as in ``Palette.robots``."""
+        return np.where(self.alive, self.charging.astype(np.int64), 2)
+
 
 class Curve:
     """What a run shows of which no robots were recorded: the explored area.
@@ -81,8 +86,7 @@ class Curve:
         Raises:
             RunError: there is no such step.
         """
-        if not 0 <= step <= self.last:
-            raise RunError(f"there is no step {step}: the run holds steps 0 to {self.last}")
+        _check_step(step, self.last)
         return float(self.explored_m2[step])
 
 
@@ -143,8 +147,7 @@ class Replay:
         Raises:
             RunError: the step does not exist.
         """
-        if not 0 <= step <= self.last:
-            raise RunError(f"there is no step {step}: the run holds steps 0 to {self.last}")
+        _check_step(step, self.last)
         place = np.column_stack([self._x_m[step], self._y_m[step]])
         return Moment(
             step=step,
@@ -190,3 +193,8 @@ class Replay:
             radius = float(np.linalg.norm(place[members] - centre, axis=1).max())
             teams.append(Team(leader, members.astype(np.int64), centre, radius, goal))
         return teams
+
+
+def _check_step(step: int, last: int) -> None:
+    if not 0 <= step <= last:
+        raise RunError(f"there is no step {step}: the run holds steps 0 to {last}")

@@ -212,8 +212,7 @@ def _log_swarm(rr: Any, recording: Any, moment: Moment, relief: Relief) -> None:
 
 
 def _colours(moment: Moment) -> NDArray[np.uint8]:
-    kinds = np.where(moment.alive, moment.charging.astype(int), 2)
-    return np.array([rgb(colour) for colour in DARK.robots], dtype=np.uint8)[kinds]
+    return np.array([rgb(colour) for colour in DARK.robots], dtype=np.uint8)[moment.robot_kinds]
 
 
 def _raised(points_m: NDArray[np.float64], relief: Relief, rise_m: float) -> NDArray[np.float64]:

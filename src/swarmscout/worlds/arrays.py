@@ -16,7 +16,7 @@ from swarmscout.worlds.resampling import check_length, check_size, refined
 from swarmscout.worlds.values import free_by_value
 from swarmscout.worlds.world import World, raster_digest, shown
 
-__all__ = ["load_array", "with_places", "world_from_array", "world_from_ascii"]
+__all__ = ["first_line", "load_array", "with_places", "world_from_array", "world_from_ascii"]
 
 _WALL, _FREE, _START, _STATION = "#", ". ", "S", "C"
 
@@ -193,7 +193,7 @@ def load_array(
         check_size(mapped.shape, f"'{path}'")
         array = np.array(mapped)
     except (OSError, ValueError, EOFError, SyntaxError, OverflowError) as error:
-        raise WorldError(f"cannot read the array '{path}': {_first_line(error)}") from None
+        raise WorldError(f"cannot read the array '{path}': {first_line(error)}") from None
     facts: dict[str, Any] = {"file": path.name, "cell_m": cell}
     if free is not None or occupied is not None:
         if array.dtype.kind not in "buif" or array.ndim != 2:
@@ -209,7 +209,8 @@ def load_array(
     return world_from_array(raster, edge, name=path.stem, source=facts)
 
 
-def _first_line(error: Exception) -> str:
+def first_line(error: Exception) -> str:
+    """The first line of an error's text, or the error's kind if it has none."""
     words = str(error).splitlines()
     return words[0] if words else type(error).__name__
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from swarmscout.core.errors import WorldError
-from swarmscout.worlds.arrays import world_from_array
+from swarmscout.worlds.arrays import first_line, world_from_array
 from swarmscout.worlds.resampling import check_length, check_size, refined
 from swarmscout.worlds.values import free_by_value
 from swarmscout.worlds.world import World
@@ -155,8 +155,7 @@ def read_image(path: Path) -> Pixels:
         MemoryError,
         OverflowError,
     ) as error:
-        why = str(error).splitlines()[0][:160] if str(error) else type(error).__name__
-        raise WorldError(f"cannot read the image '{path}': {why}") from None
+        raise WorldError(f"cannot read the image '{path}': {first_line(error)[:160]}") from None
 
 
 def _pixels(image: Image.Image) -> Pixels:

@@ -302,9 +302,7 @@ class _Handler(BaseHTTPRequestHandler):
         return int(asked) if asked.isascii() and asked.isdecimal() and len(asked) < 10 else 0
 
     def _event(self, name: str, data: bytes) -> None:
-        event = b"event: " + name.encode() + b"\ndata: " + data + b"\n\n"
-        for at in range(0, len(event), PIECE):
-            self.wfile.write(event[at : at + PIECE])
+        self._write(b"event: " + name.encode() + b"\ndata: " + data + b"\n\n")
 
     def _say(self, status: int, text: str) -> None:
         self._send(status, "text/plain; charset=utf-8", text.encode())
@@ -312,8 +310,11 @@ class _Handler(BaseHTTPRequestHandler):
     def _send(self, status: int, kind: str, body: bytes) -> None:
         self._head(status, kind, len(body))
         if self.command != "HEAD":
-            for at in range(0, len(body), PIECE):
-                self.wfile.write(body[at : at + PIECE])
+            self._write(body)
+
+    def _write(self, data: bytes) -> None:
+        for at in range(0, len(data), PIECE):
+            self.wfile.write(data[at : at + PIECE])
 
     def _head(self, status: int, kind: str, length: int | None = None) -> None:
         self.send_response(status)
