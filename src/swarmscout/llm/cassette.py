@@ -82,14 +82,15 @@ class Tape:
         Raises:
             ModelError: the file cannot be written.
         """
-        line = _plain({"key": key, **asked, "reply": asdict(reply)})
+        entry = {"key": key, **asked, "reply": asdict(reply)}
+        line = json.dumps(entry, ensure_ascii=False, sort_keys=True).encode(errors="replace")
         with self._lock, self._opened("a+b") as file, _locked(file) as alone:
             rest = self._catch_up(file)
             found = self.entries.get(key)
             if found is not None and not anew and not found.reply.failure:
                 return found.reply
             file.seek(0, os.SEEK_END)
-            data = line.encode() + b"\n"
+            data = line + b"\n"
             if rest and alone and not self._entries_in(rest, self._line + 1, ended=False):
                 file.truncate(self._read)  # A process was killed while it wrote.
                 file.seek(0, os.SEEK_END)
@@ -266,12 +267,6 @@ class Cassette:
             f"{where} has no answer to request {key[:8]}; the nearest of its "
             f"{len(self._tape.entries)} differs in {_difference(nearest, asked)}; {how}"
         )
-
-
-def _plain(data: Any) -> str:
-    """JSON in which any text can be encoded."""
-    text = json.dumps(data, ensure_ascii=False, sort_keys=True)
-    return text.encode(errors="replace").decode()
 
 
 def _canonical(data: Any) -> str:

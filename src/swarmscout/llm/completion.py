@@ -63,7 +63,7 @@ def read_completion(data: bytes, endpoint: Endpoint) -> Completion:
         if not isinstance(choice.get("text"), str):
             raise _in_place_of_an_answer(body, endpoint)
         message = {"content": choice["text"]}
-    text = _content(message, endpoint)
+    text = _content(message)
     refusal = message.get("refusal")
     finish = _ENDS.get(str(choice.get("finish_reason")).casefold(), "stop")
     usage = body.get("usage") if isinstance(body.get("usage"), dict) else {}
@@ -144,7 +144,7 @@ def _in_place_of_an_answer(body: Any, endpoint: Endpoint) -> TryFailed:
     return TryFailed("malformed reply", f"the server's reply holds no answer{words}")
 
 
-def _content(message: dict[str, Any], endpoint: Endpoint) -> str:
+def _content(message: dict[str, Any]) -> str:
     """The text of a message: a text, parts of which only texts count, or a tool call."""
     content = message.get("content")
     if isinstance(content, str) and content:

@@ -137,8 +137,8 @@ class Texts:
         self._folder = folder
         self._written: set[str] = set()
 
-    def keep(self, text: str) -> str:
-        """Keep a text; return its hash.
+    def keep(self, text: str) -> None:
+        """Keep a text.
 
         Raises:
             RunError: it cannot be written.
@@ -154,7 +154,6 @@ class Texts:
                 raise RunError(f"cannot write '{folder}': {error.strerror or error}") from error
             write_whole(folder / f"{name}.txt", text.encode(), sweep=False)
             self._written.add(name)
-        return name
 
     def keep_all(self, decisions: Iterable[Decision]) -> None:
         """Keep the prompts and answers of some decisions.

@@ -42,7 +42,7 @@ class GatheredEvidence:
         self.ends: NDArray[np.int64] = np.zeros((64, robots), dtype=np.int64)
         self.cells: NDArray[np.int32] = np.zeros(1024, dtype=np.int32)
         self.increments: NDArray[np.int32] = np.zeros(1024, dtype=np.int32)
-        self._links: list[NDArray[np.uint8]] = [self._packed(np.zeros((robots, robots), np.bool_))]
+        self._links: list[NDArray[np.uint8]] = [np.packbits(np.zeros((robots, robots), np.bool_))]
 
     @staticmethod
     def of(
@@ -83,7 +83,7 @@ class GatheredEvidence:
         self.increments[begin:end] = evidence[:, 2]
         counts = np.bincount(evidence[:, 0], minlength=self.robots)
         self.ends[step] = begin + np.cumsum(counts)
-        packed = self._packed(links)
+        packed = np.packbits(links)
         # Links often stay as they are: one copy serves many steps.
         same = np.array_equal(packed, self._links[-1])
         self._links.append(self._links[-1] if same else packed)
@@ -93,10 +93,6 @@ class GatheredEvidence:
         """bool[N, N], who heard whom in a step."""
         bits = np.unpackbits(self._links[step], count=self.robots**2)
         return bits.reshape(self.robots, self.robots).view(np.bool_)
-
-    @staticmethod
-    def _packed(links: NDArray[np.bool_]) -> NDArray[np.uint8]:
-        return np.packbits(links)
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from swarmscout.recording.run import Run
     from swarmscout.worlds.world import World
 
-__all__ = ["RunWriter"]
+__all__ = ["RunWriter", "written_by"]
 
 # A chunk of a huge swarm is closed sooner than after fifty steps: it stays below 100 MB or so.
 _CHUNK_ROWS = 1_000_000
@@ -87,7 +87,7 @@ class RunWriter:
         self._kept: dict[str, list[pl.DataFrame]] = {}
         self._final_map: dict[str, Any] | None = None
         self._summary: dict[str, Any] | None = None
-        self._texts = Texts(None)
+        self._texts = Texts(self.folder)
 
     def begin(self, mission: Mission) -> None:
         """Make the folder and write what is known before the first step.
@@ -103,7 +103,7 @@ class RunWriter:
         tables = [table for table in LEVELS[self.level] if table not in lacking]
         self._facts = {
             "format": FORMAT,
-            **_written_by(),
+            **written_by(),
             "record": self.level,
             "tables": tables,
             "maps": "own" if mission.own_maps else "one",
@@ -120,7 +120,6 @@ class RunWriter:
             self._chunk = Chunk(robots, steps, mission.frame.columns, tables)
         if self.folder is not None:
             self._begin_folder(self.folder, mission)
-        self._texts = Texts(self.folder)
         self._scenario, self._world, self._mission = mission.scenario, mission.world, mission
 
     def _begin_folder(self, folder: Path, mission: Mission) -> None:
@@ -131,7 +130,7 @@ class RunWriter:
                 mission.world, mission.scenario, folder, whole=self._whole_world
             )
             scenario = keep_rules(scenario, mission.base, folder)
-            text = scenario_toml(scenario, _written_by()).encode()
+            text = scenario_toml(scenario, written_by()).encode()
             table_files.write_whole(first, text, sweep=False)
         except BaseException:
             if not first.stat().st_size:  # The claim alone: the folder is free again.
@@ -253,7 +252,8 @@ class RunWriter:
         return {}  # Archives hold their own.
 
 
-def _written_by() -> dict[str, Any]:
+def written_by() -> dict[str, Any]:
+    """Version of the package and of the rules."""
     from swarmscout.core.version import package_version
     from swarmscout.mission.mission import RULES_VERSION
 

@@ -30,9 +30,7 @@ def llm_vs_baseline(options: Options) -> list[Block]:
     frame = study.frame()
     areas = study.curves()
     arms = arms_of(study, frame, "explored_m2")
-    figure = curves_figure(
-        arms, areas, study.compared.labels, [axis.name for axis in study.settings]
-    )
+    figure = curves_figure(arms, areas, study.compared.labels, study.setting_names)
     figure.suptitle(f"“LLM” {said_of(options)}", fontsize="small", parse_math=False)
     rule = options.selector.rpartition(":")[2]
     pairs = compare(study, frame)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,7 +50,6 @@ class Arm:
         rows: int64[n], their rows in the study's table.
         worlds: the world of each.
         values: float64[n], the metric.
-        mean: mean over units.
     """
 
     setting: tuple[Label, ...]
@@ -57,7 +57,11 @@ class Arm:
     rows: NDArray[np.int64]
     worlds: list[Any]
     values: NDArray[np.float64]
-    mean: Estimate
+
+    @cached_property
+    def mean(self) -> Estimate:
+        """Mean over units."""
+        return mean_over_units(self.values, self.worlds)
 
     @property
     def middle(self) -> Estimate:
@@ -143,13 +147,12 @@ def metric_of(study: Study, frame: pl.DataFrame, metric: str) -> NDArray[np.floa
 def arms_of(study: Study, frame: pl.DataFrame, metric: str) -> list[Arm]:
     """The finished missions of each combination, in the file's order."""
     values = metric_of(study, frame, metric)
-    setting_columns = [frame[axis.name].to_list() for axis in study.settings]
+    settings = _rows(frame, study.setting_names)
     labels = frame[study.compared.name].to_list()
     worlds = _worlds(study, frame)
     groups: dict[tuple[tuple[Label, ...], Label], list[int]] = {}
     for row, label in enumerate(labels):
-        setting = tuple(column[row] for column in setting_columns)
-        rows = groups.setdefault((setting, label), [])
+        rows = groups.setdefault((settings[row], label), [])
         if np.isfinite(values[row]):
             rows.append(row)
     order = {label: at for at, label in enumerate(study.compared.labels)}
@@ -157,8 +160,7 @@ def arms_of(study: Study, frame: pl.DataFrame, metric: str) -> list[Arm]:
     for (setting, label), rows in groups.items():
         chosen = np.array(rows, dtype=np.int64)
         its_worlds = [worlds[row] for row in rows]
-        mean = mean_over_units(values[chosen], its_worlds)
-        found.append(Arm(setting, label, chosen, its_worlds, values[chosen], mean))
+        found.append(Arm(setting, label, chosen, its_worlds, values[chosen]))
     places = {setting: at for at, setting in enumerate(dict.fromkeys(arm.setting for arm in found))}
     return sorted(found, key=lambda arm: (places[arm.setting], order[arm.label]))
 
@@ -184,13 +186,12 @@ def compare_arms(
     sign = METRICS[name].better or 1
     values = metric_of(study, frame, name)
     keys = pair_keys(study, frame)
-    settings = [frame[axis.name].to_list() for axis in study.settings]
+    settings = _rows(frame, study.setting_names)
     labels = frame[study.compared.name].to_list()
     worlds = _worlds(study, frame)
     table: dict[tuple[Label, ...], dict[str, dict[Any, int]]] = {}
     for row, label in enumerate(labels):
-        setting = tuple(column[row] for column in settings)
-        table.setdefault(setting, {}).setdefault(str(label), {})[keys[row]] = row
+        table.setdefault(settings[row], {}).setdefault(str(label), {})[keys[row]] = row
     baseline = str(study.declared.compare.baseline)
     found = []
     for setting, by_label in table.items():
@@ -259,10 +260,16 @@ def _share(better: NDArray[np.float64], worlds: Sequence[Any]) -> Estimate:
 def _worlds(study: Study, frame: pl.DataFrame) -> list[Any]:
     """The world of each mission, unless worlds are what is compared."""
     names = [key for key in ("world", "world_seed") if key not in study.compared.keys]
-    return list(frame.select(names).iter_rows()) if names else [()] * frame.height
+    return _rows(frame, names)
 
 
 def pair_keys(study: Study, frame: pl.DataFrame) -> list[Any]:
     """World, world seed and seed of each mission: the two missions of a pair agree in them."""
     names = [key for key in PLACE_KEYS if key not in study.compared.keys]
-    return list(frame.select(names).iter_rows())
+    return _rows(frame, names)
+
+
+def _rows(frame: pl.DataFrame, names: Sequence[str]) -> list[tuple[Any, ...]]:
+    """The values of some columns, a tuple per row."""
+    columns = [frame[name].to_list() for name in names]
+    return list(zip(*columns, strict=True)) if columns else [()] * frame.height

@@ -97,7 +97,7 @@ def rank_combinations(study: Study, frame: pl.DataFrame) -> Ranking | None:
             gap, p = gap_to_best(units, len(arms) - 1)
         labels = (arm.label, *arm.setting)
         ranks.append(Rank(labels, len(arm.values), arm.mean, gap, p))
-    axes = (study.compared.name, *(axis.name for axis in study.settings))
+    axes = (study.compared.name, *study.setting_names)
     return Ranking(axes, tuple(ranks))
 
 

@@ -125,7 +125,7 @@ def _curves_table(areas: NDArray[np.float32]) -> pl.DataFrame:
 def _comparisons_table(study: Study, pairs: Sequence[Pairs]) -> pl.DataFrame:
     import polars as pl
 
-    names = [axis.name for axis in study.settings]
+    names = study.setting_names
     rows = [
         {
             **dict(zip(names, p.setting, strict=True)),

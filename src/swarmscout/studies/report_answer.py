@@ -64,7 +64,7 @@ def summary_lines(
 ) -> list[str]:
     """The answer in a few lines of plain text, for a terminal."""
     lines = [] if ranking is None else list(_best(study, ranking, str))
-    names = [axis.name for axis in study.settings]
+    names = study.setting_names
     better, baseline = METRICS[study.declared.metric].better, study.declared.compare.baseline
     unit = METRICS[study.declared.metric].unit
     for p in pairs[:_MOST_LINES]:
@@ -185,7 +185,7 @@ def _heat_map(study: Study, ranking: Ranking) -> Picture:
 
 def _pairs_table(study: Study, pairs: Sequence[Pairs]) -> Table:
     metric = METRICS[study.declared.metric]
-    settings = [axis.name for axis in study.settings]
+    settings = study.setting_names
     unit = f" ({metric.unit})" if metric.unit else ""
     header = [
         *settings, study.compared.name, "verdict", "pairs", f"difference{unit}",

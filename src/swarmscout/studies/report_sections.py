@@ -24,7 +24,12 @@ from swarmscout.studies.report_figures import (
     differences_figure,
     profiles_figure,
 )
-from swarmscout.studies.report_tables import language_model_table, measures_table, times_table
+from swarmscout.studies.report_tables import (
+    arms_table,
+    language_model_table,
+    measures_table,
+    times_table,
+)
 from swarmscout.studies.scaling import scaling_pictures
 from swarmscout.studies.study_file import dotted
 
@@ -61,7 +66,7 @@ def report_blocks(
         *_warnings(frame, pairs),
         *_pictures(study, arms, areas, pairs),
         *scaling_pictures(study, frame),
-        *_tables(study, frame, arms),
+        *_tables(study, frame, arms, pairs),
         *_what_was_run(study, frame),
         *_failures(study, frame),
         *_how(study),
@@ -115,7 +120,7 @@ def _pictures(
     order = study.compared.labels
     metric = METRICS[study.declared.metric]
     baseline = study.declared.compare.baseline
-    names = [axis.name for axis in study.settings]
+    names = study.setting_names
     panels = len({arm.setting for arm in arms})
     setting = f" A panel for each {', '.join(map(code, names))}." * (panels > 1)
     setting += f" The first {MOST_PANELS} of {panels} settings." * (panels > MOST_PANELS)
@@ -145,28 +150,28 @@ def _pictures(
     )
 
 
-def _tables(study: Study, frame: pl.DataFrame, arms: Sequence[Arm]) -> Iterator[Block]:
+def _tables(
+    study: Study, frame: pl.DataFrame, arms: Sequence[Arm], pairs: Sequence[Pairs]
+) -> Iterator[Block]:
     metric = METRICS[study.declared.metric]
-    settings = [axis.name for axis in study.settings]
     yield Heading("Tables")
     yield Heading(f"By {study.compared.name}: {metric.axis_label}", 3)
-    yield Table(
-        [*settings, study.compared.name, "missions", "mean", "interquartile mean", "deviation"],
+    yield arms_table(
+        study,
+        ["missions", "mean", "interquartile mean", "deviation"],
         [
-            [
-                *map(code, arm.setting),
-                code(arm.label),
-                str(len(arm.values)),
-                with_interval(arm.mean),
-                with_interval(arm.middle),
-                number(arm.deviation),
-            ]
+            (
+                arm,
+                [
+                    str(len(arm.values)), with_interval(arm.mean), with_interval(arm.middle),
+                    number(arm.deviation),
+                ],
+            )
             for arm in arms
         ],
-        numbers=len(settings) + 1,
-    )
-    by_world = [alone for _, alone in compare_arms(study, frame) if alone]
-    if by_world:
+    )  # fmt: skip
+    if any(p.unit == "worlds" for p in pairs):
+        by_world = [alone for _, alone in compare_arms(study, frame) if alone]
         yield Heading("By world", 3)
         yield Text(
             "An interval here rests on seeds and holds for that world. Those at the top rest on "
@@ -190,7 +195,7 @@ def _world_table(study: Study, by_world: Sequence[Sequence[Pairs]]) -> Table:
                     with_interval(p.difference, sign=True), with_interval(p.ratio),
                 ]
             )  # fmt: skip
-    names = [axis.name for axis in study.settings]
+    names = study.setting_names
     baseline = study.declared.compare.baseline
     return Table(
         ["world", *names, study.compared.name, "pairs", "difference", f"times {code(baseline)}"],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from swarmscout.studies.study import Study
 
-__all__ = ["language_model_table", "measures_table", "times_table"]
+__all__ = ["arms_table", "language_model_table", "measures_table", "times_table"]
 
 _SHOWN = (
     "explored_m2", "explored_fraction", "auc_m2", "limit_share", "overlap_ratio", "distance_m",
@@ -32,6 +32,24 @@ _ACROSS = 5
 """Number of measures in one table."""
 
 
+def arms_table(
+    study: Study, heads: Sequence[str], rows: Iterable[tuple[Arm, Sequence[str]]]
+) -> Table:
+    """A table with a row per arm, which begins with the arm's setting and compared value.
+
+    Args:
+        study: the study.
+        heads: heads of the further columns.
+        rows: each arm with its further cells.
+    """
+    settings = study.setting_names
+    return Table(
+        [*settings, study.compared.name, *heads],
+        [[*map(code, arm.setting), code(arm.label), *cells] for arm, cells in rows],
+        numbers=len(settings) + 1,
+    )
+
+
 def measures_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
     """Every other measure with its interval, untested since it was not declared."""
     yield Heading("Other measures", 3)
@@ -39,7 +57,6 @@ def measures_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
         "Means with 95 % intervals. These measures were not declared, so nothing is tested. Times "
         "are wall times, possibly on a busy machine: compare them within this table only."
     )
-    settings = [axis.name for axis in study.settings]
     columns = {
         metric: arms_of(study, frame, metric)
         for metric in _SHOWN
@@ -49,15 +66,11 @@ def measures_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
     for begin in range(0, len(names), _ACROSS):
         shown = names[begin : begin + _ACROSS]
         rows = [
-            [
-                *map(code, arm.setting),
-                code(arm.label),
-                *[with_interval(columns[metric][at].mean) for metric in shown],
-            ]
+            (arm, [with_interval(columns[metric][at].mean) for metric in shown])
             for at, arm in enumerate(columns[shown[0]])
         ]
         heads = [METRICS[metric].axis_label for metric in shown]
-        yield Table([*settings, study.compared.name, *heads], rows, numbers=len(settings) + 1)
+        yield arms_table(study, heads, rows)
 
 
 def times_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
@@ -71,19 +84,18 @@ def times_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
         "Median steps (Kaplan-Meier: missions that did not reach the share are censored at their "
         "length) with 95 % intervals, and the number of missions that reached it."
     )
-    settings = [axis.name for axis in study.settings]
-    rows = []
-    for arm in arms_of(study, frame, "explored_m2"):
-        cells = [_time_cell(frame, arm, share) for share in SHARES]
-        rows.append([*map(code, arm.setting), code(arm.label), *cells])
+    rows = [
+        (arm, [_time_cell(frame, arm, share) for share in SHARES])
+        for arm in arms_of(study, frame, "explored_m2")
+    ]
     heads = [f"{share} %" for share in SHARES]
-    yield Table([*settings, study.compared.name, *heads], rows, numbers=len(settings) + 1)
+    yield arms_table(study, heads, rows)
 
 
 def _time_cell(frame: pl.DataFrame, arm: Arm, share: int) -> str:
-    rows = arm.rows.tolist()
-    steps = np.array(frame[f"time_to_{share}"].to_list(), dtype=np.float64)[rows]
-    longest = frame["planned_steps"].to_numpy().astype(np.float64)[rows]
+    rows = arm.rows
+    steps = np.array(frame[f"time_to_{share}"].gather(rows).to_list(), dtype=np.float64)
+    longest = np.array(frame["planned_steps"].gather(rows).to_list(), dtype=np.float64)
     found = times_to(steps, longest)
     if not found.n or not found.reached:
         return f"0 of {found.n}"
@@ -102,7 +114,6 @@ def language_model_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
         return
     yield Heading("Language models", 3)
     yield Text("Totals of a mission: means over missions with 95 % intervals.")
-    settings = [axis.name for axis in study.settings]
     rows = []
     for arm in arms_of(study, frame, "explored_m2"):
         chosen = frame[arm.rows.tolist()]
@@ -114,6 +125,6 @@ def language_model_table(study: Study, frame: pl.DataFrame) -> Iterator[Block]:
             known = np.isfinite(values)
             worlds = [w for w, k in zip(arm.worlds, known, strict=True) if k]
             cells.append(with_interval(mean_over_units(values[known], worlds)))
-        rows.append([*map(code, arm.setting), code(arm.label), *cells])
+        rows.append((arm, cells))
     heads = [name.removeprefix("llm.").replace("_", " ").replace(".", ": ") for name in columns]
-    yield Table([*settings, study.compared.name, *heads], rows, numbers=len(settings) + 1)
+    yield arms_table(study, heads, rows)

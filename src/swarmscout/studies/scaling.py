@@ -60,7 +60,7 @@ def scaling_picture(
     for metric in wanted:
         series: dict[str, tuple[list[float], list[Estimate]]] = {}
         for arm in arms_of(study, frame, metric):
-            labels = dict(zip((a.name for a in study.settings), arm.setting, strict=True))
+            labels = dict(zip(study.setting_names, arm.setting, strict=True))
             labels[study.compared.name] = arm.label
             if not len(arm.values):
                 continue

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from swarmscout.core.errors import ScenarioError, StudyError
-from swarmscout.core.version import package_version
-from swarmscout.mission.mission import RULES_VERSION
 from swarmscout.mission.scenario import Scenario
+from swarmscout.recording.writer import written_by
 from swarmscout.studies.plan import PlannedMission, base_scenario, expand, scenario_of
 from swarmscout.studies.study_file import (
     Axis,
@@ -113,9 +112,14 @@ class Study:
         return [axis for axis in self.axes if axis is not self.compared and not axis.is_place]
 
     @property
+    def setting_names(self) -> list[str]:
+        """Names of :attr:`settings`."""
+        return [axis.name for axis in self.settings]
+
+    @property
     def versions(self) -> dict[str, Any]:
         """Version of the package and of the rules."""
-        return {"version": package_version(), "rules_version": RULES_VERSION}
+        return written_by()
 
     def scenario(self, mission: PlannedMission) -> Scenario:
         """The resolved scenario of a mission."""

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmscout.core.errors import RunError, StudyError
+from swarmscout.recording.json_files import RUN
 from swarmscout.recording.table_files import write_whole
 
 __all__ = ["Failure", "StudyFolder", "is_run"]
@@ -44,7 +45,7 @@ class Failure:
 
 def is_run(folder: Path) -> bool:
     """Whether a folder holds a run."""
-    return (folder / "run.json").is_file()
+    return (folder / RUN).is_file()
 
 
 class StudyFolder:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, StudyError
 from swarmscout.mission.scenario import Scenario
-from swarmscout.recording.json_files import read_json
+from swarmscout.recording.json_files import SUMMARY, read_json
 from swarmscout.recording.table_files import read_table
 from swarmscout.studies.metrics import METRICS, SHARES
 from swarmscout.studies.plan import PlannedMission
@@ -163,7 +163,7 @@ def _measured(folder: Path, mission: PlannedMission, record: str) -> dict[str, A
 
 
 def _summary(folder: Path) -> dict[str, Any]:
-    file = folder / "summary.json"
+    file = folder / SUMMARY
     try:
         data = read_json(file)
     except RunError:

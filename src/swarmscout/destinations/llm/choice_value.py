@@ -9,7 +9,16 @@ from typing import Any
 from swarmscout.destinations.llm.answer_json import Several
 from swarmscout.destinations.llm.answer_text import plain_signs
 
-__all__ = ["LONGEST", "Answer", "InvalidAnswer", "choice_of", "from_text", "named"]
+__all__ = [
+    "ANY_PAIR",
+    "LONGEST",
+    "NUMBER",
+    "Answer",
+    "InvalidAnswer",
+    "choice_of",
+    "from_text",
+    "named",
+]
 
 LONGEST = 300
 """Longest text that is read as a choice, so that no pattern below meets a long one."""
@@ -30,13 +39,17 @@ _ID = re.compile(
     rf"(?P<remark>{_REMARK}){_CLOSE}$",
     re.IGNORECASE | re.DOTALL,
 )
-_NUMBER = re.compile(r"^[\s\"'`*({\[<]*-?\d+(?:\.\d+)?[\s\"'`*)}\]>.]*$")
+NUMBER = re.compile(r"^[\s\"'`*({\[<]*-?\d+(?:\.\d+)?[\s\"'`*)}\]>.]*$")
+"""A number alone, perhaps in quotes or brackets."""
+
 _DOUBT = re.compile(
     r"\b(or|not|never|no|avoid|wrong|bad|blocked|taken|except|unless|maybe|instead|rather|versus|vs|"
     r"both|either|neither|none)\b|\?",
     re.IGNORECASE,
 )
-_ANY_PAIR = re.compile(r"-?\d{1,9}\s?[,;]\s?-?\d{1,9}")
+ANY_PAIR = re.compile(r"-?\d{1,9}\s?[,;]\s?-?\d{1,9}")
+"""Two whole numbers, anywhere in a text."""
+
 _PLACEHOLDER = re.compile(r"^\s*<[^<>\d]*>\s*$")
 
 
@@ -131,9 +144,9 @@ def from_text(value: str, reason: str) -> Answer:
     found = named(value, reason)
     if found is not None:
         return found
-    if _NUMBER.match(value):
+    if NUMBER.match(value):
         raise InvalidAnswer("bare number", "its choice is a number, not a coordinate x,y or an id")
-    if len(_ANY_PAIR.findall(value)) > 1:
+    if len(ANY_PAIR.findall(value)) > 1:
         raise InvalidAnswer("several answers", "its choice names more than one frontier")
     raise InvalidAnswer("no choice", "its choice is neither a coordinate x,y nor an id")
 

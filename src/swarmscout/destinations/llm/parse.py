@@ -21,7 +21,9 @@ from swarmscout.core.text import clean_line
 from swarmscout.destinations.llm.answer_json import Found, objects_in
 from swarmscout.destinations.llm.answer_text import Unfinished, answer_in, plain_signs
 from swarmscout.destinations.llm.choice_value import (
+    ANY_PAIR,
     LONGEST,
+    NUMBER,
     Answer,
     InvalidAnswer,
     choice_of,
@@ -47,8 +49,6 @@ _WRAPPERS = (
 _LONGEST_REASON = 2000
 _ARGUED = {"for", "against", "pro", "con", "pros", "cons"}
 
-_NUMBER = re.compile(r"^[\s\"'`*({\[<]*-?\d+(?:\.\d+)?[\s\"'`*)}\]>.]*$")
-_ANY_PAIR = re.compile(r"-?\d{1,9}\s?[,;]\s?-?\d{1,9}")
 _LABEL = re.compile(
     r"^[\s*_#>\-`]{0,8}(?:my\s|the\s)?(?:final\s)?(choice|answer|destination|decision)"
     r"[\s*_`]{0,4}(?:is\b\s{0,4}[:=]?|[:=→]|->)(.*)$",
@@ -161,7 +161,7 @@ def _one_of(plain: str) -> Answer:
         return _agreed(plain, found, outright, implied)
     if any(one.data is not None for one in found):
         raise InvalidAnswer("no choice", 'its JSON has no "choice"')
-    if len(plain) <= LONGEST and _NUMBER.match(plain):
+    if len(plain) <= LONGEST and NUMBER.match(plain):
         raise InvalidAnswer("bare number", "it is a number, not a coordinate x,y or an id")
     if _REFUSAL.search(plain):
         raise InvalidAnswer("refusal", "it was a refusal")
@@ -186,7 +186,7 @@ def _agreed(
     if _TAKEN_BACK.search(after):
         raise InvalidAnswer("several answers", "it takes its choice back")
     if not outright and not ends:
-        others = {pair.group().replace(" ", "") for pair in _ANY_PAIR.finditer(plain_signs(plain))}
+        others = {pair.group().replace(" ", "") for pair in ANY_PAIR.finditer(plain_signs(plain))}
         if len(others) > 1:
             raise InvalidAnswer("several answers", "it names more than one coordinate")
     return stated[0]
