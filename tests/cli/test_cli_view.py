@@ -8,6 +8,8 @@ import urllib.request
 
 import pytest
 
+import swarmscout as ss
+
 
 def test_export_writes_one_file(command, here):
     assert (
@@ -96,3 +98,20 @@ def test_explore_writes_a_rerun_recording_too(command, here, monkeypatch):
     assert (code, out) == (2, "")
     assert "[rerun]'" in err
     assert not (here / "s").exists()
+
+
+def test_what_a_rule_wrote_cannot_control_the_terminal(command, here):
+    (here / "my.py").write_text(
+        "from swarmscout.destinations.selector import Choice\n"
+        "class Loud:\n"
+        "    def choose(self, view, memory):\n"
+        "        return Choice(tuple(view.frontiers[0]), reason='\\x1b[2Jgone\\u202e\\n\\x07!')\n",
+        encoding="utf-8",
+    )
+    ss.explore(robots=2, steps=5, destinations="my.py:Loud", out="loud")
+    step = str(ss.Run.open("loud").decisions["step"][0])
+    for words in ((), ("--step", step)):
+        code, out, err = command("explain", "loud", *words)
+        assert (code, err) == (0, "")
+        assert "gone" in out
+        assert not set(out) & set("\x1b\u202e\x07")

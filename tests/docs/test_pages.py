@@ -94,3 +94,24 @@ def test_the_sensor_on_its_page_passes_the_check(tmp_path):
     block = next(b for b in python_blocks(ROOT / "docs" / "sensors.md") if "def scan" in b)
     (tmp_path / "my.py").write_text(block, encoding="utf-8")
     check_sensor(f"{tmp_path}/my.py:FourWays")
+
+
+NAMED = sorted(
+    {
+        (page.name, module, name)
+        for page in PAGES
+        for module, names in re.findall(
+            r"`([a-z_]+/[a-z_/]+\.py)`((?:[:,] `\w+`)*)", page.read_text(encoding="utf-8")
+        )
+        for name in (re.findall(r"\w+", names) or [""])
+    }
+)
+
+
+@pytest.mark.parametrize(("page", "module", "name"), NAMED)
+def test_the_code_that_a_page_names_exists(page, module, name):
+    places = [ROOT / "src" / "swarmscout" / module, ROOT / "src" / module, ROOT / module]
+    found = [place for place in places if place.is_file()]
+    assert found, f"{page} names {module}"
+    defined = rf"^(?:\s*(?:def|class) )?{name}\b"
+    assert re.search(defined, found[0].read_text(encoding="utf-8"), re.MULTILINE)

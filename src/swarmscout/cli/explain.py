@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from swarmscout.core.text import clean_line, clean_text
+
 if TYPE_CHECKING:
     from swarmscout.recording.run import Run
 
@@ -80,7 +82,7 @@ def _place(run: Run, row: dict[str, Any]) -> str:
 
 
 def _line(run: Run, row: dict[str, Any]) -> str:
-    reason = f": {row['reason']}" if row["reason"] else ""
+    reason = f": {clean_line(row['reason'])}" if row["reason"] else ""
     return (
         f"step {row['step']}, team {row['team']}, leader {row['leader']} -> "
         f"{_place(run, row)}{reason}"
@@ -111,7 +113,7 @@ def _show(run: Run, row: dict[str, Any], prompts: bool) -> None:
     else:
         print(f"chosen    {_place(run, row)}, {row['distance_m']:.1f} m away, {near} neighbours")
     if row["reason"]:
-        print(f"reason    {row['reason']}")
+        print(f"reason    {clean_line(row['reason'])}")
     others = {k: v for k, v in details.items() if k not in ("warm_up", "fallback")}
     if others:
         print("details   " + ", ".join(f"{key} {value}" for key, value in others.items()))
@@ -133,9 +135,9 @@ def _attempt(run: Run, attempt: dict[str, Any], prompts: bool) -> None:
     print(f"answer    {', '.join(said)}")
     if prompts and attempt["answer"] is not None:
         print(_indented(run.text(attempt["answer"])))
-    note = f" ({attempt['note']})" if attempt["note"] else ""
+    note = f" ({clean_line(attempt['note'])})" if attempt["note"] else ""
     print(f"verdict   {attempt['verdict']}{note}")
 
 
 def _indented(text: str) -> str:
-    return "\n".join(f"    {line}" for line in text.rstrip("\n").splitlines())
+    return "\n".join(f"    {line}" for line in clean_text(text).rstrip("\n").splitlines())
