@@ -31,8 +31,10 @@ __all__ = [
     "LABEL_BITS",
     "TIGHT",
     "Footprint",
-    "find_open",
-    "nearest_open",
+    "enter",
+    "find_entries",
+    "find_exits",
+    "get_out",
     "weigh",
 ]
 
@@ -71,18 +73,22 @@ class Footprint:
     exit_cells: float = 0.0
 
     @staticmethod
-    def of_disc(radius_m: float, cell_m: float, depth_m: float) -> Footprint:
+    def of_disc(
+        radius_m: float, cell_m: float, depth_m: float, *, keeps_clear: bool = True
+    ) -> Footprint:
         """The footprint of a round body.
 
         Args:
             radius_m: half of its diameter. cell_m: edge of a cell.
             depth_m: an occupied cell lies so far behind a wall's surface.
+            keeps_clear: whether cells in which it may touch something are worse than others.
         """
         touch = (radius_m + depth_m) / cell_m
-        beside = touch + 0.5 + SIDE_M / cell_m
+        tight = max(touch - 0.5, 0.5)
+        beside = touch + 0.5 + SIDE_M / cell_m if keeps_clear else tight
         reach = math.ceil(beside)
         weights = [
-            (row, col, BESIDE_UNIT + (math.hypot(row, col) < max(touch - 0.5, 0.5) - 1e-9))
+            (row, col, BESIDE_UNIT + (math.hypot(row, col) < tight - 1e-9))
             for row in range(-reach, reach + 1)
             for col in range(-reach, reach + 1)
             if math.hypot(row, col) < beside - 1e-9
@@ -130,20 +136,14 @@ def weigh(status, crowd, row, col, rows, columns, weights, sign):  # type: ignor
 
 
 @inlined
-def nearest_open(status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
-    """The cell with room for a body that is nearest to a cell, over cells that are not occupied.
-
-    The flood does not leave cells without room, so it does not go round corners or through walls.
-
-    Args:
-        status: uint8[C'], of one map.
-        cell: flat; rows, columns: the grid's shape.
-        reach: largest distance, in cells.
+def _nearest_without(bit, status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
+    """The nearest cell without a bit, by a flood over cells that have it and are not occupied.
 
     Returns:
-        Flat cell, `cell` itself if there is room; of equally near ones the first; -1: none.
+        Flat cell, `cell` itself if it has not the bit; of equally near ones the first; -1: none
+        within `reach`, in cells.
     """
-    if not status[cell] & TIGHT:
+    if not status[cell] & bit:
         return cell
     edge = 2 * int(reach) + 1
     seen = np.zeros((edge, edge), dtype=np.bool_)
@@ -174,7 +174,7 @@ def nearest_open(status, cell, rows, columns, reach):  # type: ignore[no-untyped
             near = near_row * columns + near_col
             if status[near] & LABEL_BITS == OCCUPIED:
                 continue
-            if status[near] & TIGHT:
+            if status[near] & bit:
                 queue[tail] = near
                 tail += 1
             elif off2 < best2 or near < best:
@@ -183,13 +183,50 @@ def nearest_open(status, cell, rows, columns, reach):  # type: ignore[no-untyped
     return best
 
 
+@inlined
+def enter(status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
+    """Where a body drives that is to get to a cell: the nearest place clear of walls, if any.
+
+    Args:
+        status: uint8[C'], of one map.
+        cell: flat; rows, columns: the grid's shape.
+        reach: largest distance from the cell, in cells.
+
+    Returns:
+        Flat cell; -1: a body has no room near it.
+    """
+    if status[cell] & LABEL_BITS == OCCUPIED:
+        return -1
+    found = _nearest_without(BESIDE, status, cell, rows, columns, reach)
+    if found < 0:
+        found = _nearest_without(TIGHT, status, cell, rows, columns, reach)
+    return found
+
+
+@inlined
+def get_out(status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
+    """Where a body gets room that is in a cell; the cell itself if that has some, or nothing near.
+
+    Args: see :func:`enter`.
+    """
+    found = _nearest_without(TIGHT, status, cell, rows, columns, reach)
+    return cell if found < 0 else found
+
+
 @kernel
-def find_open(status, cells, rows, columns, reach, found):  # type: ignore[no-untyped-def]
-    """See :func:`nearest_open`, for many cells.
+def find_entries(status, cells, rows, columns, reach, found):  # type: ignore[no-untyped-def]
+    """See :func:`enter`, for many cells.
 
     Args:
         status: uint8[C'], of one map; cells: int64[n], flat; rows, columns: the grid's shape.
         reach: largest distance, in cells; found: int64[n], written.
     """
     for k in range(cells.shape[0]):
-        found[k] = nearest_open(status, cells[k], rows, columns, reach)
+        found[k] = enter(status, cells[k], rows, columns, reach)
+
+
+@kernel
+def find_exits(status, cells, rows, columns, reach, found):  # type: ignore[no-untyped-def]
+    """See :func:`get_out`, for many cells; the arguments are those of :func:`find_entries`."""
+    for k in range(cells.shape[0]):
+        found[k] = get_out(status, cells[k], rows, columns, reach)

@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.mapping.footprint import FRONTIER, LABEL_BITS, Footprint, find_open, weigh
+from swarmscout.mapping.footprint import (
+    FRONTIER,
+    LABEL_BITS,
+    Footprint,
+    find_entries,
+    find_exits,
+    weigh,
+)
 from swarmscout.mapping.log_odds import InverseSensorModel
 
 __all__ = [
@@ -319,16 +326,20 @@ class OccupancyGrids:
 
     def entries(self, m: int, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """int64[n], where a body that is to get to flat cells drives; -1: it has no room near."""
-        return self._open(m, cells, self.footprint.entry_cells)
+        found = np.empty(len(cells), dtype=np.int64)
+        find_entries(
+            self.status[m], cells, self.frame.rows, self.frame.columns, self.footprint.entry_cells,
+            found,
+        )  # fmt: skip
+        return found
 
     def exits(self, m: int, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """int64[n], where bodies that are in flat cells get room; the cell itself for nowhere."""
-        found = self._open(m, cells, self.footprint.exit_cells)
-        return np.where(found < 0, cells, found)
-
-    def _open(self, m: int, cells: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
         found = np.empty(len(cells), dtype=np.int64)
-        find_open(self.status[m], cells, self.frame.rows, self.frame.columns, reach, found)
+        find_exits(
+            self.status[m], cells, self.frame.rows, self.frame.columns, self.footprint.exit_cells,
+            found,
+        )  # fmt: skip
         return found
 
     def frontier_count(self, m: int) -> int:

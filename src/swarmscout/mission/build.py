@@ -326,7 +326,13 @@ def make_log(
 
 def make_grids(scenario: Scenario, frame: GridFrame) -> OccupancyGrids:
     """One blank occupancy grid."""
-    footprint = Footprint.of_disc(scenario.body.radius_m, frame.cell_m, scenario.map.hit_depth_m)
+    footprint = Footprint.of_disc(
+        scenario.body.radius_m,
+        frame.cell_m,
+        scenario.map.hit_depth_m,
+        # The paper's literal rule knows occupancy and nothing else.
+        keeps_clear=scenario.routes.cost == "length",
+    )
     return OccupancyGrids(
         frame, 1, make_model(scenario), scenario.map.frontier_neighbours, footprint
     )

@@ -27,7 +27,7 @@ class RouteCosts:
     diagonal: int
     base: int
     least: int
-    beside: int = 0
+    beside: int = 1000
     standing: int = 3000
 
     def in_metres(self, cost: int | NDArray[np.int64]) -> float | NDArray[np.float64]:

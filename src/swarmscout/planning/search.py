@@ -5,8 +5,8 @@ cell's price per metre is 1 + p ("length") or p alone ("probability", the paper 
 Deviation: the scenario ``paper`` takes 1 + p, so that well-seen cells are not almost free; and a
 cell in which a robot is known to stand for long is dearer.
 Cells without room for a body are impassable, those in which it may touch a wall are dearer, and
-corners are not cut. Costs are integers, so optimal is exact. A goal without room, like a frontier
-cell beside a wall, stands for the nearest cell with room, and so does a robot's own cell.
+corners are not cut. Costs are integers, so optimal is exact. A goal beside a wall, as frontier
+cells often are, stands for the nearest cell clear of walls.
 
 The search runs backwards, from the goal to the robots: members of a team share their destination,
 and one search serves all that ask in the same step. Routes are then read off in a fixed order of
@@ -29,7 +29,7 @@ import numpy as np
 from swarmscout.core.enums import ROUTE as ROUTE_EVENT
 from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.mapping.footprint import BESIDE, TIGHT, nearest_open
+from swarmscout.mapping.footprint import BESIDE, TIGHT, enter, get_out
 from swarmscout.planning.route_table import STATION
 from swarmscout.planning.search_memory import BUCKETS
 
@@ -297,9 +297,7 @@ def _get_out(status, route, rows, columns, reach):  # type: ignore[no-untyped-de
         for near_col in range(max(0, col - 1), min(columns, col + 2)):
             if not status[near_row * columns + near_col] & TIGHT:
                 return
-    out = nearest_open(status, route.here, rows, columns, reach)
-    if out >= 0:
-        route.here = out
+    route.here = get_out(status, route.here, rows, columns, reach)
 
 
 @kernel
@@ -341,11 +339,10 @@ def plan_routes(  # type: ignore[no-untyped-def]
         n = 0
         for s in range(docks.shape[0] if goal == STATION else 1):
             seed = docks[s] if goal == STATION else goal
-            if price[m, seed] >= 0:
-                seed = nearest_open(status[m], seed, rows, columns, reach[0])
-                if seed >= 0:
-                    seeds[n] = _padded(seed, columns)
-                    n += 1
+            seed = enter(status[m], seed, rows, columns, reach[0])
+            if seed >= 0:
+                seeds[n] = _padded(seed, columns)
+                n += 1
         _spread(toll, nodes, buckets, seeds[:n], waiting, box, search)
         _read_all(toll, nodes, routes, cells, i, search, step, events)
         _toll_standing(price[m], status[m], toll, standing[m], search, 0)
