@@ -155,12 +155,14 @@ class Planner:
         """
         found = np.empty(len(targets), dtype=np.int64)
         search = self._search
-        start = int(grids.exits(m, np.array([start]))[0])
+        out = int(grids.exits(m, np.array([start]))[0])
         route_cost_field(
             grids.price[m], grids.status[m], grids.bounds[m], search.toll, search.nodes,
-            search.buckets, search.state, start, grids.entries(m, targets),
+            search.buckets, search.state, out, grids.entries(m, targets),
             len(targets) if at_most is None else at_most, found,
         )  # fmt: skip
+        # Wherever a robot is, it is there already.
+        found[targets == start] = 0
         if at_most is not None and at_most < len(targets):
             # The last bucket holds dearer ones too.
             reached = np.where(found < 0, np.iinfo(np.int64).max, found)
