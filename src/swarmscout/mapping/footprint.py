@@ -145,13 +145,14 @@ def _nearest_without(bit, status, cell, rows, columns, reach):  # type: ignore[n
     """
     if not status[cell] & bit:
         return cell
-    edge = 2 * int(reach) + 1
+    far = int(reach) + 1  # One more than needed: rounding must not lead out of the window.
+    edge = 2 * far + 1
     seen = np.zeros((edge, edge), dtype=np.bool_)
     queue = np.empty(edge * edge, dtype=np.int64)
     row = cell // columns
     col = cell - row * columns
-    top = row - int(reach)
-    left = col - int(reach)
+    top = row - far
+    left = col - far
     queue[0] = cell
     seen[row - top, col - left] = True
     best = -1
@@ -205,10 +206,18 @@ def enter(status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
 
 @inlined
 def get_out(status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
-    """Where a body gets room that is in a cell; the cell itself if that has some, or nothing near.
+    """Where a body gets room that is in a cell; the cell itself if that or one beside it has some.
 
-    Args: see :func:`enter`.
+    And so if there is none near; the arguments are those of :func:`enter`.
     """
+    row = cell // columns
+    col = cell - row * columns
+    for d in range(4):
+        near_row = row + (d == 0) - (d == 1)
+        near_col = col + (d == 2) - (d == 3)
+        inside = 0 <= near_row < rows and 0 <= near_col < columns
+        if inside and not status[near_row * columns + near_col] & TIGHT:
+            return cell
     found = _nearest_without(TIGHT, status, cell, rows, columns, reach)
     return cell if found < 0 else found
 

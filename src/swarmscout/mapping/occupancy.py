@@ -334,7 +334,7 @@ class OccupancyGrids:
         return found
 
     def exits(self, m: int, cells: NDArray[np.int64]) -> NDArray[np.int64]:
-        """int64[n], where bodies that are in flat cells get room; the cell itself for nowhere."""
+        """int64[n], where bodies in flat cells get room, see ``get_out``."""
         found = np.empty(len(cells), dtype=np.int64)
         find_exits(
             self.status[m], cells, self.frame.rows, self.frame.columns, self.footprint.exit_cells,

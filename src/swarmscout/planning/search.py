@@ -286,20 +286,6 @@ def _toll_standing(price, status, toll, standing, search, more):  # type: ignore
             toll[_padded(cell, search.columns)] = fresh + (more if fresh >= 0 else -more)
 
 
-@inlined
-def _get_out(status, route, rows, columns, reach):  # type: ignore[no-untyped-def]
-    """Let a robot's way begin where it gets room, if no cell beside its own has any."""
-    row = route.here // columns
-    col = route.here - row * columns
-    if not status[route.here] & TIGHT:
-        return
-    for near_row in range(max(0, row - 1), min(rows, row + 2)):
-        for near_col in range(max(0, col - 1), min(columns, col + 2)):
-            if not status[near_row * columns + near_col] & TIGHT:
-                return
-    route.here = get_out(status, route.here, rows, columns, reach)
-
-
 @kernel
 def plan_routes(  # type: ignore[no-untyped-def]
     price, status, bounds, toll, nodes, buckets, state, standing, docks, reach, routes, cells,
@@ -324,7 +310,8 @@ def plan_routes(  # type: ignore[no-untyped-def]
     loaded = -1
     for i in range(routes.shape[0]):
         if routes[i].need == 1:
-            _get_out(status[routes[i].map], routes[i], rows, columns, reach[1])
+            own_status = status[routes[i].map]
+            routes[i].here = get_out(own_status, routes[i].here, rows, columns, reach[1])
     for i in range(routes.shape[0]):
         if routes[i].need != 1:
             continue
