@@ -9,6 +9,7 @@ from typing import Any
 import networkx as nx
 import numpy as np
 import pytest
+from footprint_oracle import entry_of, room_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
@@ -23,19 +24,23 @@ from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.testing import leader_view, situations, small_world
 
+RADIUS_M, DEPTH_M = 0.15, 0.05
+
 
 def route_graph(view: LeaderView, start: tuple[int, int]) -> nx.Graph:
-    """8 neighbours, no cutting of corners; cost is length × mean of (1 + p)."""
+    """8 neighbours, no cutting of corners; cost is length × mean of (1 + p), near walls more."""
     labels, odds = view.labels, view.log_odds
     rows, columns = labels.shape
+    tight, beside = room_of(labels == OCCUPIED, view.frame.cell_m, RADIUS_M, DEPTH_M)
 
     def price(cell: tuple[int, int]) -> int:
-        if labels[cell] == OCCUPIED:
+        if tight[cell]:
             return 2000  # Only where the leader stands.
-        return 1000 + round(1000.0 / (1.0 + math.exp(-int(odds[cell]) / 1000.0)))
+        p = round(1000.0 / (1.0 + math.exp(-int(odds[cell]) / 1000.0)))
+        return 1000 + p + 1000 * int(beside[cell])
 
     def passable(cell: tuple[int, int]) -> bool:
-        return labels[cell] != OCCUPIED
+        return not tight[cell]
 
     graph = nx.Graph()
     graph.add_node(start)
@@ -63,7 +68,14 @@ def check_against_networkx(view: LeaderView) -> None:
     start = view.frame.cell_of(*view.position_m)
     lengths = nx.single_source_dijkstra_path_length(route_graph(view, start), start)
     cells = [tuple(cell) for cell in view.frontiers.tolist()]
-    expected = [lengths.get(cell, math.inf) / 2e6 for cell in cells]
+    room = room_of(view.labels == OCCUPIED, view.frame.cell_m, RADIUS_M, DEPTH_M)
+    reach = 3.0 * RADIUS_M / view.frame.cell_m + 2.0
+    entries = [entry_of(*room, view.labels == OCCUPIED, cell, reach) for cell in cells]
+    # Wherever the leader is, it is there already.
+    expected = [
+        0.0 if cell == start else lengths.get(entry, math.inf) / 2e6
+        for cell, entry in zip(cells, entries, strict=True)
+    ]
     fresh = dataclasses.replace(view)
     assert fresh.route_costs().tolist() == expected
     choice = Nearest().choose(dataclasses.replace(view), None)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from swarmscout.core.enums import CHARGE, FORWARD, NO_CONTACT, STOP
 from swarmscout.core.events import EventLog
 from swarmscout.core.grid import GridFrame
+from swarmscout.mapping.footprint import Footprint
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import blank_minds
@@ -37,21 +38,25 @@ class Trip:
     def __init__(
         self, world: World, cell_m: float, starts: NDArray[np.float64],
         headings: NDArray[np.int64], stations_m: NDArray[np.float64] | None = None,
+        radius_m: float | None = None,
     ) -> None:  # fmt: skip
+        """Robots are points to their maps unless a radius is given."""
         self.world = world
         self.frame = GridFrame.covering(world.extent, cell_m)
         robots = len(starts)
         self.bodies = place_bodies(starts, headings, np.ones(robots))
         self.minds = blank_minds(robots)
-        self.grids = OccupancyGrids(self.frame, 1, MODEL, 8)
+        footprint = radius_m and Footprint.of_disc(radius_m, cell_m, MODEL.hit_depth_m)
+        self.grids = OccupancyGrids(self.frame, 1, MODEL, 8, footprint or None)
+        body_m = radius_m or RADIUS_M
         costs = RouteCosts(
             round(1000 * cell_m), round(1000 * cell_m * math.sqrt(2.0)), 1000,
             int(MODEL.permille()[0]),
         )  # fmt: skip
         stations = np.zeros((0, 2)) if stations_m is None else stations_m
-        vehicle = Vehicle(RADIUS_M, FORWARD_M, TURN, 1.4, TABLE)
+        vehicle = Vehicle(body_m, FORWARD_M, TURN, 1.4, TABLE)
         self.planner = Planner(self.frame, robots, costs, stations, vehicle)
-        self.motion = Motion(world, robots, RADIUS_M, FORWARD_M, TURN, TABLE)
+        self.motion = Motion(world, robots, body_m, FORWARD_M, TURN, TABLE)
         self.knowledge = knowledge_of(self.minds, self.grids)
         self.action = np.zeros(robots, dtype=np.int64)
         self.log = EventLog(robots)

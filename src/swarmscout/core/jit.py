@@ -31,6 +31,7 @@ SHARED = (
     "core/cells.py",
     "core/enums.py",
     "core/events.py",
+    "mapping/footprint.py",
     "mapping/occupancy.py",
     "minds/modes.py",
     "planning/route_table.py",

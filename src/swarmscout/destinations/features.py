@@ -73,6 +73,7 @@ class Frontiers:
         self.cells.flags.writeable = False
         self.centres_m.flags.writeable = False
         self.frame = frame
+        self.grids, self.m = grids, m
         self.status = grids.status[m]
         self.scratch = scratch
         self._around: NDArray[np.int64] | None = None
@@ -120,23 +121,40 @@ class Frontiers:
             self._areas[reach_m] = counts * np.float64(cell_m**2)
         return self._areas[reach_m]
 
+    @cached_property
+    def entries(self) -> NDArray[np.int64]:
+        """int64[F], the flat cells where a body that is to get to each drives; -1: none."""
+        return self.grids.entries(self.m, self.flat)
+
     def walks(
-        self, sources: NDArray[np.int64], targets: NDArray[np.int64], gate_mm: int = GATE_MM
+        self,
+        sources: NDArray[np.int64],
+        keep: NDArray[np.int64] | None = None,
+        gate_mm: int = GATE_MM,
     ) -> NDArray[np.int64]:
-        """int64[2, n], see :func:`swarmscout.destinations.grid_kernels.walk`."""
+        """int64[2, n], see :func:`swarmscout.destinations.grid_kernels.walk`.
+
+        Args:
+            sources: int64[S], flat cells. keep: int64[n], to which of F; None for all.
+            gate_mm: see there.
+        """
+        targets = self.entries if keep is None else self.entries[keep]
         found = np.empty((2, len(targets)), dtype=np.int64)
         scratch = self.scratch
         walk(
             self.status, sources, targets, scratch.edge, scratch.lengths, gate_mm, scratch.field,
             scratch.queues, found,
         )  # fmt: skip
+        # Nowhere leads the way to what has none.
+        flat = self.flat if keep is None else self.flat[keep]
+        np.copyto(found[1], flat, where=found[0] < 0)
         return found
 
     def nearest_of(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
         """int64[F], from which of some cells (flat, ascending) the way is shortest; -1: none."""
         key = places.tobytes()
         if key not in self._nearest:
-            length, source = self.walks(places, self.flat, 0)
+            length, source = self.walks(places, gate_mm=0)
             self._nearest[key] = np.where(length < 0, -1, source)
         return self._nearest[key]
 
@@ -169,7 +187,8 @@ class Features:
     def _place(self) -> int:
         frame = self._frontiers.frame
         row, col = frame.cell_of(*self._place_m)
-        return frame.flat(min(max(row, 0), frame.rows - 1), min(max(col, 0), frame.columns - 1))
+        cell = frame.flat(min(max(row, 0), frame.rows - 1), min(max(col, 0), frame.columns - 1))
+        return int(self._exits(np.array([cell]))[0])
 
     def has(self, cell: int) -> bool:
         """Whether the leader may choose a flat cell."""
@@ -204,12 +223,12 @@ class Features:
 
         The latter are flat cells: where each way has come to after about a metre.
         """
-        found = self._frontiers.walks(np.array([self._place]), self._flat)
+        found = self._frontiers.walks(np.array([self._place]), self._keep)
         return _in_metres(found[0]), found[1]
 
     def walk_from(self, places_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """float64[n], the shortest way from any of some places, in metres (inf: none)."""
-        return _in_metres(self._frontiers.walks(self._flat_cells(places_m), self._flat)[0])
+        return _in_metres(self._frontiers.walks(self._flat_cells(places_m), self._keep)[0])
 
     def in_own_voronoi_cell(self, others_m: NDArray[np.float64]) -> NDArray[np.bool_]:
         """bool[n], whether the leader's way is shorter than those from other places.
@@ -232,7 +251,10 @@ class Features:
         row = np.minimum(np.maximum(places[:, 0], 0), frame.rows - 1)
         col = np.minimum(np.maximum(places[:, 1], 0), frame.columns - 1)
         cells: NDArray[np.int64] = row * frame.columns + col
-        return cells
+        return self._exits(cells)
+
+    def _exits(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+        return self._frontiers.grids.exits(self._frontiers.m, cells)
 
 
 def _find(ascending: NDArray[np.int64], value: int) -> int:

@@ -11,11 +11,10 @@ import numpy as np
 
 from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.jit import inlined, kernel
+from swarmscout.mapping.footprint import FRONTIER, LABEL_BITS, TIGHT
 
 __all__ = ["FAR", "count_around", "count_within", "label_clusters", "locate", "walk"]
 
-LABEL_BITS = 3
-FRONTIER_BIT = 4
 FAR = 2**38
 CELL_BITS = 24
 """An entry of a queue is one number: the cell in the lower bits and the path length above."""
@@ -61,7 +60,7 @@ def count_around(status, cells, rows, columns, counts):  # type: ignore[no-untyp
                 if near_row == row and near_col == col:
                     continue
                 near = status[near_row * columns + near_col]
-                counts[0, f] += near & FRONTIER_BIT != 0
+                counts[0, f] += near & FRONTIER != 0
                 counts[1, f] += near & LABEL_BITS == OCCUPIED
 
 
@@ -91,9 +90,10 @@ def count_within(status, cells, half_widths, rows, columns, counts):  # type: ig
             last = near_row * columns + min(columns - 1, col + half)
             all_of_them += last - first + 1
             for near in range(first, last + 1):
-                unknown += status[near] == UNKNOWN
-                occupied += status[near] == OCCUPIED
-                frontier += status[near] >= FRONTIER_BIT
+                label = status[near] & LABEL_BITS
+                unknown += label == UNKNOWN
+                occupied += label == OCCUPIED
+                frontier += status[near] & FRONTIER != 0
         counts[0, f] = unknown
         counts[1, f] = all_of_them - unknown - occupied
         counts[2, f] = occupied
@@ -153,13 +153,14 @@ def label_clusters(cells, columns, places, labels):  # type: ignore[no-untyped-d
 def walk(status, sources, targets, edge, lengths, gate, field, queues, found):  # type: ignore[no-untyped-def]
     """Lengths of the shortest paths over free cells from the nearest of some cells to many.
 
+    Free cells without room for a body are not passed, and no corner of one is cut.
+
     A move has one of two lengths, so a queue for each length is sorted by itself: the search of
-    Dijkstra (1959) without a heap. Paths do not cut corners of occupied cells. A source may be any
-    cell, also an occupied one.
+    Dijkstra (1959) without a heap. A source may be any cell, also an occupied one.
 
     Args:
         status: uint8[C'], of one map, see ``OccupancyGrids``.
-        sources: int64[S], targets: int64[F], flat cells.
+        sources: int64[S], targets: int64[F], flat cells; a target of -1 has no path.
         edge: bool[rows, columns], whether a cell lies at the grid's edge.
         lengths: int64[2], of an orthogonal and a diagonal move, in mm.
         gate: see `found`, in mm.
@@ -206,7 +207,7 @@ def walk(status, sources, targets, edge, lengths, gate, field, queues, found):  
                 continue
             new = cell + ROW_STEP[d] * columns + COL_STEP[d]
             total = so_far + lengths[0]
-            if total < field[new, 0] and status[new] & LABEL_BITS == FREE:
+            if total < field[new, 0] and status[new] & (LABEL_BITS | TIGHT) == FREE:
                 field[new, 0] = total
                 field[new, 1] = new if total <= gate else field[cell, 1]
                 straight[tail_0] = (total << CELL_BITS) | new
@@ -220,16 +221,15 @@ def walk(status, sources, targets, edge, lengths, gate, field, queues, found):  
             total = so_far + lengths[1]
             if (
                 total < field[new, 0]
-                and status[new] & LABEL_BITS == FREE
-                and status[cell + COL_STEP[d]] & LABEL_BITS != OCCUPIED
-                and status[cell + ROW_STEP[d] * columns] & LABEL_BITS != OCCUPIED
+                and status[new] & (LABEL_BITS | TIGHT) == FREE
+                and not (status[cell + COL_STEP[d]] | status[cell + ROW_STEP[d] * columns]) & TIGHT
             ):
                 field[new, 0] = total
                 field[new, 1] = new if total <= gate else field[cell, 1]
                 diagonal[tail_1] = (total << CELL_BITS) | new
                 tail_1 += 1
     for t in range(targets.shape[0]):
-        length = field[targets[t], 0]
+        length = field[targets[t], 0] if targets[t] >= 0 else FAR
         found[0, t] = length if length != FAR else -1
         found[1, t] = field[targets[t], 1] if length != FAR else targets[t]
     for e in range(tail_0):

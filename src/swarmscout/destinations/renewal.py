@@ -63,11 +63,14 @@ def due_step(step: int, distance_m: float, forward_m: float, factor: float, extr
 
 
 @kernel
-def report_reached(own, notices, rules):  # type: ignore[no-untyped-def]
+def report_reached(own, notices, routes, rules):  # type: ignore[no-untyped-def]
     """Each member tells its leader when it has reached the team's destination.
+
+    Where a body has no room in reach of it, it is reached at the end of the route.
 
     Args:
         own: MIND[N]; notices: NOTICE[N], `reached` is written.
+        routes: ROUTE[N], see ``RouteTable``.
         rules: RENEWAL[1].
     """
     rules = rules[0]
@@ -78,7 +81,9 @@ def report_reached(own, notices, rules):  # type: ignore[no-untyped-def]
         if not me.thinks or cell < 0 or not is_on_task(me.mode):
             continue
         dx, dy = offset(cell, me.x_m, me.y_m, rules)
-        if dx * dx + dy * dy <= rules.reach_m * rules.reach_m:
+        route = routes[i]
+        ended = route.goal == cell and route.cost >= 0 and route.at >= route.length
+        if ended or dx * dx + dy * dy <= rules.reach_m * rules.reach_m:
             notices[i].reached = cell
 
 

@@ -134,7 +134,7 @@ class Destinations:
         grids, previous = knowledge.grids, minds.destination.copy()
         marks = self._task.marks(grids, ear, step)
         knowledge.tell(minds, step)
-        report_reached(own, notices, self._rules)
+        report_reached(own, notices, planner.table.state, self._rules)
         asking = find_stale(
             own, ear, heard, notices, marks, planner.table.state, self._rules, step, events.rows,
         )  # fmt: skip

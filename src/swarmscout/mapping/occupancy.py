@@ -1,4 +1,4 @@
-"""Occupancy grids: labels, prices for routes, and frontiers, kept up to date cell by cell.
+"""Occupancy grids: labels, prices for routes, frontiers and room for a body, kept cell by cell.
 
 A frontier is a free cell with an unknown neighbour (paper, "Task description"; Yamauchi 1998). One
 across a corner does not count where both cells between are occupied: nobody can look or drive round
@@ -15,20 +15,31 @@ from numpy.typing import NDArray
 from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.jit import inlined, kernel
+from swarmscout.mapping.footprint import (
+    FRONTIER,
+    LABEL_BITS,
+    Footprint,
+    find_entries,
+    find_exits,
+    weigh,
+)
 from swarmscout.mapping.log_odds import InverseSensorModel
 
-__all__ = ["FRONTIER", "BeliefView", "OccupancyGrids", "apply_evidence", "collect_frontiers"]
+__all__ = [
+    "FRONTIER",
+    "LABEL_BITS",
+    "BeliefView",
+    "OccupancyGrids",
+    "apply_evidence",
+    "collect_frontiers",
+]
 
-FRONTIER = 4
-"""The bit of a cell's status that marks a frontier; the lower bits are its label."""
-LABEL_BITS = 3
-
-CLOSED = 0  # counts[CLOSED]: cells that became occupied in the last update
+CLOSED = 0  # counts[CLOSED]: cells that became occupied or tight in the last update
 KNOWN_FREE = 1  # counts[KNOWN_FREE]: cells that are free now
 KNOWN_OCCUPIED = 2
 FRONTIERS = 3
 
-_PER_MAP = ("evidence", "status", "price", "counts", "bounds")
+_PER_MAP = ("evidence", "status", "price", "crowd", "counts", "bounds")
 """Arrays of ``OccupancyGrids`` with a row for each map."""
 
 
@@ -52,15 +63,15 @@ def _is_frontier(status, row, col, rows, columns, neighbours):  # type: ignore[n
 
 @kernel
 def apply_evidence(  # type: ignore[no-untyped-def]
-    m, evidence, status, price, counts, bounds, stamps, touched, before,
-    cells, increments, low, high, rows, columns, thresholds, permille, neighbours,
+    m, evidence, status, price, crowd, counts, bounds, stamps, touched, before,
+    cells, increments, low, high, rows, columns, thresholds, permille, neighbours, weights,
 ):  # fmt: skip
     """Add log entries to one map and bring all that is derived from it up to date.
 
     Args:
-        m: which map: a row of the next five.
+        m: which map: a row of the next six.
         evidence: int64[K, C] summed log-odds; status: uint8[K, C']; price: int16[K, C].
-        counts: int64[K, 4]; bounds: int64[K, 2], first and last row with evidence.
+        crowd: int32[K, C]; counts: int64[K, 4]; bounds: int64[K, 2]: see ``OccupancyGrids``.
         stamps: int64[C + 1], scratch: which update touched a cell last; [-1] counts updates.
         touched: int64[C], written: the cells that the entries name, each once.
         before: int64[C], written beside it: their evidence before.
@@ -69,7 +80,7 @@ def apply_evidence(  # type: ignore[no-untyped-def]
         rows, columns: the grid's shape.
         thresholds: int64[4]: lowest, highest, free_below, occupied_above.
         permille: int16[highest - lowest + 1], probabilities of log-odds.
-        neighbours: 4 or 8, for frontiers.
+        neighbours: 4 or 8, for frontiers; weights: of ``Footprint``.
 
     Returns:
         How many cells were touched.
@@ -106,8 +117,15 @@ def apply_evidence(  # type: ignore[no-untyped-def]
         old = status[m, cell] & LABEL_BITS
         if label == old:
             continue
-        status[m, cell] = (status[m, cell] & FRONTIER) | label
-        counts[m, CLOSED] += label == OCCUPIED
+        status[m, cell] = (status[m, cell] & ~LABEL_BITS) | label
+        if label == OCCUPIED or old == OCCUPIED:
+            sign = 1 if label == OCCUPIED else -1
+            closed, first, last = weigh(
+                status[m], crowd[m], row, col, rows, columns, weights, sign
+            )  # fmt: skip
+            counts[m, CLOSED] += closed + (label == OCCUPIED)
+            bounds[m, 0] = min(bounds[m, 0], first)
+            bounds[m, 1] = max(bounds[m, 1], last)
         counts[m, KNOWN_FREE] += (label == FREE) - (old == FREE)
         counts[m, KNOWN_OCCUPIED] += (label == OCCUPIED) - (old == OCCUPIED)
         for near_row in range(max(0, row - 1), min(rows, row + 2)):
@@ -118,7 +136,7 @@ def apply_evidence(  # type: ignore[no-untyped-def]
                     status[m, near] |= FRONTIER
                     counts[m, FRONTIERS] += was == 0
                 else:
-                    status[m, near] &= LABEL_BITS
+                    status[m, near] &= ~FRONTIER
                     counts[m, FRONTIERS] -= was != 0
     return n
 
@@ -229,23 +247,34 @@ class OccupancyGrids:
         frame: where they lie.
         model: the inverse sensor model.
         evidence: int64[K, C], summed log-odds in 1/1000 nat.
-        status: uint8[K, C'], label in the lower bits, FRONTIER above; C' is C rounded up to 8.
+        footprint: of the robots' body.
+        status: uint8[K, C'], label in the lower bits, FRONTIER, TIGHT and BESIDE above; C' is C
+            rounded up to 8.
         price: int16[K, C], occupancy probability in 1/1000 for route costs; -1: occupied.
+        crowd: int32[K, C], weights of the occupied cells round each, see ``Footprint``.
         counts: int64[K, 4]: closed in the last update, free, occupied, frontier cells.
-        bounds: int64[K, 2], first and last row with evidence; (rows, -1): none.
+        bounds: int64[K, 2], first and last row with evidence, or weights of a cell that has some;
+            (rows, -1): none.
         touched: int64[C], the first `touched_count` are the cells that the last update named;
             before: int64[C], their evidence before it.
     """
 
     def __init__(
-        self, frame: GridFrame, maps: int, model: InverseSensorModel, neighbours: int
+        self,
+        frame: GridFrame,
+        maps: int,
+        model: InverseSensorModel,
+        neighbours: int,
+        footprint: Footprint | None = None,
     ) -> None:
         self.frame = frame
         self.model = model
+        self.footprint = footprint or Footprint()
         size = frame.size
         self.evidence: NDArray[np.int64] = np.zeros((maps, size), dtype=np.int64)
         self.status: NDArray[np.uint8] = np.zeros((maps, -(-size // 8) * 8), dtype=np.uint8)
         self.price: NDArray[np.int16] = np.full((maps, size), 500, dtype=np.int16)
+        self.crowd: NDArray[np.int32] = np.zeros((maps, size), dtype=np.int32)
         self.counts: NDArray[np.int64] = np.zeros((maps, 4), dtype=np.int64)
         self.touched: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
         self.before: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
@@ -268,10 +297,10 @@ class OccupancyGrids:
     ) -> None:
         """Add entries ``low[k] … high[k] - 1`` of each log k to map m; see the kernel."""
         self.touched_count = apply_evidence(
-            m, self.evidence, self.status, self.price, self.counts, self.bounds, self._stamps,
-            self.touched, self.before, cells, increments, low, high,
+            m, self.evidence, self.status, self.price, self.crowd, self.counts, self.bounds,
+            self._stamps, self.touched, self.before, cells, increments, low, high,
             self.frame.rows, self.frame.columns, self._thresholds, self._permille,
-            self._neighbours,
+            self._neighbours, self.footprint.weights,
         )  # fmt: skip
 
     def grow(self, maps: int) -> None:
@@ -290,10 +319,28 @@ class OccupancyGrids:
 
     def fork(self, m: int) -> OccupancyGrids:
         """One map of its own, equal to map m now."""
-        one = OccupancyGrids(self.frame, 1, self.model, self._neighbours)
+        one = OccupancyGrids(self.frame, 1, self.model, self._neighbours, self.footprint)
         for name in _PER_MAP:
             getattr(one, name)[0] = getattr(self, name)[m]
         return one
+
+    def entries(self, m: int, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+        """int64[n], where a body that is to get to flat cells drives; -1: it has no room near."""
+        found = np.empty(len(cells), dtype=np.int64)
+        find_entries(
+            self.status[m], cells, self.frame.rows, self.frame.columns, self.footprint.entry_cells,
+            found,
+        )  # fmt: skip
+        return found
+
+    def exits(self, m: int, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+        """int64[n], where bodies in flat cells get room, see ``get_out``."""
+        found = np.empty(len(cells), dtype=np.int64)
+        find_exits(
+            self.status[m], cells, self.frame.rows, self.frame.columns, self.footprint.exit_cells,
+            found,
+        )  # fmt: skip
+        return found
 
     def frontier_count(self, m: int) -> int:
         """How many frontier cells map m has."""

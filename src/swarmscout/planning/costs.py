@@ -19,6 +19,7 @@ class RouteCosts:
         diagonal: of one to a diagonal neighbour.
         base: added to the price of every cell, in 1/1000: 1000 for "length", 0 for "probability".
         least: the lowest price of a cell without the base, in 1/1000 (for the heuristic).
+        beside: added to the price of a cell in which a body may touch something occupied.
         standing: added to the price of a cell in which a robot is known to stand for long.
     """
 
@@ -26,6 +27,7 @@ class RouteCosts:
     diagonal: int
     base: int
     least: int
+    beside: int = 1000
     standing: int = 3000
 
     def in_metres(self, cost: int | NDArray[np.int64]) -> float | NDArray[np.float64]:

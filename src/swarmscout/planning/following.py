@@ -5,9 +5,10 @@ cells are used up. Toward its waypoint a robot turns while it is off by more tha
 a turn, and drives otherwise (paper, "Task description": stop, fixed forward motion, fixed
 rotations). With half a turn, the least that is possible, it would turn to and fro all the time.
 
-Deviation: the waypoint is the farthest of the next cells of the route to which the straight way is
-not occupied. Headings are 40° apart and a grid's moves 45°: from cell to cell it would turn at
-nearly every one.
+Deviation: the waypoint is the farthest of the next cells of the route to which the straight way
+has room for the robot. Headings are 40° apart and a grid's moves 45°: from cell to cell it would
+turn at nearly every one. And where a move at its heading would bring it near to what is occupied, a
+robot turns as far towards its waypoint as its rotations allow.
 """
 
 from __future__ import annotations
@@ -17,8 +18,9 @@ import math
 import numpy as np
 
 from swarmscout.core.cells import offset
-from swarmscout.core.enums import CHARGE, FORWARD, LEFT, NO_CONTACT, RIGHT, STOP
+from swarmscout.core.enums import CHARGE, FORWARD, LEFT, NO_CONTACT, OCCUPIED, RIGHT, STOP
 from swarmscout.core.jit import inlined, kernel
+from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
 from swarmscout.mapping.occupancy import CLOSED
 from swarmscout.planning.route_table import NOWHERE, STATION
 
@@ -33,6 +35,9 @@ DRIVING = np.dtype(
         ("columns", "i8"),
         ("long_still", "i8"),  # robots that have not moved for this many steps make routes dearer
         ("most_off", "i8"),  # a robot whose heading is off by more turns, in ticks
+        ("least_off", "i8"),  # or by more than this where its move would come near a wall
+        ("ahead_m", "f8"),  # what has to be free of walls for a move
+        ("stride", "i8"),  # cells between two that may be waypoints
         ("waypoint_m", "f8"),  # this near to a cell of the route, the robot goes on to the next
         ("half_width_m", "f8"),  # of the lane that has to be free on the way to a waypoint
         ("dock_m", "f8"),  # near enough to a station to charge
@@ -44,17 +49,20 @@ DRIVING = np.dtype(
 # A robot this far from where it should be along its route was pushed off it.
 OFF_ROUTE_CELLS = 2.5
 OFF_ROUTE_M = 2.5
-# The waypoint is at most so many cells ahead.
-SIGHT_CELLS = 8
+# The waypoint is at most so many strides ahead.
+SIGHT_STRIDES = 8
 
 
 @inlined
-def _line_is_free(price, u, v, du, dv, columns):  # type: ignore[no-untyped-def]
+def _line_is_free(status, u, v, du, dv, grid, body):  # type: ignore[no-untyped-def]
     """Whether no cell that a line from (u, v) by (du, dv) passes, in cells, is occupied.
+
+    For the line on which a body's centre moves (`body`), none may be without room.
 
     Source: Amanatides, Woo (1987), "A fast voxel traversal algorithm for ray tracing".
     """
-    rows = price.shape[0] // columns
+    rows = grid.rows
+    columns = grid.columns
     col = int(math.floor(u))
     row = int(math.floor(v))
     step_u = 1 if du > 0.0 else -1
@@ -64,7 +72,10 @@ def _line_is_free(price, u, v, du, dv, columns):  # type: ignore[no-untyped-def]
     next_u = (col + 1 - u if du > 0.0 else u - col) * per_u if du != 0.0 else math.inf
     next_v = (row + 1 - v if dv > 0.0 else v - row) * per_v if dv != 0.0 else math.inf
     while True:
-        if row < 0 or row >= rows or col < 0 or col >= columns or price[row * columns + col] < 0:
+        if row < 0 or row >= rows or col < 0 or col >= columns:
+            return False
+        cell = status[row * columns + col]
+        if (cell & TIGHT != 0) if body else (cell & LABEL_BITS == OCCUPIED):
             return False
         if min(next_u, next_v) > 1.0:
             return True
@@ -77,13 +88,18 @@ def _line_is_free(price, u, v, du, dv, columns):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _lane_is_free(price, x, y, dx, dy, grid):  # type: ignore[no-untyped-def]
-    """Whether neither side of a straight lane from (x, y) by (dx, dy) meets an occupied cell."""
+def _lane_is_free(status, x, y, dx, dy, grid):  # type: ignore[no-untyped-def]
+    """Whether a straight lane from (x, y) by (dx, dy) has room for a robot.
+
+    What lies between its sides and is occupied leaves no room in its middle.
+    """
     across = grid.half_width_m / (dx * dx + dy * dy) ** 0.5
-    for side in (-across, across):
+    for side in (0.0, -across, across):
         u = (x - side * dy - grid.origin_x_m) / grid.cell_m
         v = (y + side * dx - grid.origin_y_m) / grid.cell_m
-        if not _line_is_free(price, u, v, dx / grid.cell_m, dy / grid.cell_m, grid.columns):
+        du = dx / grid.cell_m
+        dv = dy / grid.cell_m
+        if not _line_is_free(status, u, v, du, dv, grid, side == 0.0):
             return False
     return True
 
@@ -117,27 +133,27 @@ def mark_standing(heard, still, rows, grid, standing):  # type: ignore[no-untype
 
 
 @inlined
-def _way_is_closed(price, route, cells, columns):  # type: ignore[no-untyped-def]
-    """Whether a cell of what is left of a route, or one beside a diagonal move, is occupied."""
+def _way_is_closed(status, route, cells, columns):  # type: ignore[no-untyped-def]
+    """Whether a cell of what is left of a route, or one beside a diagonal move, has no room."""
     before = route.here
     for a in range(route.at, min(route.length, cells.shape[0])):
         cell = cells[a]
         # The two cells beside a diagonal move count too: no corner is cut.
         beside = before // columns * columns + cell % columns
         across = cell // columns * columns + before % columns
-        if price[cell] < 0 or (a > route.at and (price[beside] < 0 or price[across] < 0)):
+        if status[cell] & TIGHT or (a > route.at and (status[beside] | status[across]) & TIGHT):
             return True
         before = cell
     return False
 
 
 @kernel
-def find_needs(own, ear, price, counts, routes, cells, grid, step):  # type: ignore[no-untyped-def]
+def find_needs(own, ear, status, counts, routes, cells, grid, step):  # type: ignore[no-untyped-def]
     """Say where each robot wants to go, and whether it needs a route for that.
 
     Args:
         own: MIND[N]; ear: int64[N], see ``Knowledge``.
-        price: int16[R, C], counts: int64[R, 4]: ``OccupancyGrids``; counts[:, 0] says how many
+        status: uint8[R, C'], counts: int64[R, 4]: ``OccupancyGrids``; counts[:, 0] says how many
             cells closed in the last update.
         routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
         grid: DRIVING[1]; step: the current step.
@@ -179,7 +195,7 @@ def find_needs(own, ear, price, counts, routes, cells, grid, step):  # type: ign
             need = dx * dx + dy * dy > max(OFF_ROUTE_CELLS * grid.cell_m, OFF_ROUTE_M) ** 2
             m = ear[i]
             if counts[m, CLOSED] > 0 and not need:
-                need = _way_is_closed(price[m], route, cells[i], grid.columns)
+                need = _way_is_closed(status[m], route, cells[i], grid.columns)
         if need:
             route.need = 1
             needs += 1
@@ -187,8 +203,11 @@ def find_needs(own, ear, price, counts, routes, cells, grid, step):  # type: ign
 
 
 @inlined
-def _next_waypoint(me, route, cells, price, sight, grid):  # type: ignore[no-untyped-def]
-    """Go on along a route to the farthest cell with a free lane; returns the offset to it."""
+def _next_waypoint(me, route, cells, status, sight, grid):  # type: ignore[no-untyped-def]
+    """Go on along a route to the farthest cell with a free lane; returns the offset to it.
+
+    Looked at are the `sight` next cells, a stride apart.
+    """
     longest = min(route.length, cells.shape[0])
     dx = 0.0
     dy = 0.0
@@ -197,9 +216,9 @@ def _next_waypoint(me, route, cells, price, sight, grid):  # type: ignore[no-unt
         if dx * dx + dy * dy > grid.waypoint_m * grid.waypoint_m:
             break
         route.at += 1
-    for a in range(min(longest, route.at + sight) - 1, route.at, -1):
+    for a in range(min(longest, route.at + sight) - 1, route.at, -grid.stride):
         far_x, far_y = offset(cells[a], me.x_m, me.y_m, grid)
-        if not _lane_is_free(price, me.x_m, me.y_m, far_x, far_y, grid):
+        if not _lane_is_free(status, me.x_m, me.y_m, far_x, far_y, grid):
             continue
         # What lies before it is as good as driven once the robot is nearer to what follows.
         while route.at < a:
@@ -214,6 +233,14 @@ def _next_waypoint(me, route, cells, price, sight, grid):  # type: ignore[no-unt
 
 
 @inlined
+def _may_move(status, me, headings, grid):  # type: ignore[no-untyped-def]
+    """Whether a move at a robot's heading keeps clear of what is known to be occupied."""
+    dx = grid.ahead_m * headings[me.heading, 0]
+    dy = grid.ahead_m * headings[me.heading, 1]
+    return _lane_is_free(status, me.x_m, me.y_m, dx, dy, grid)
+
+
+@inlined
 def _is_docked(me, stations, dock_m):  # type: ignore[no-untyped-def]
     """Whether a robot is near enough to a station to charge."""
     for s in range(stations.shape[0]):
@@ -225,7 +252,7 @@ def _is_docked(me, stations, dock_m):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def steer(own, ear, price, contact, stations, routes, cells, headings, grid, action):  # type: ignore[no-untyped-def]
+def steer(own, ear, status, contact, stations, routes, cells, headings, grid, action):  # type: ignore[no-untyped-def]
     """Choose each robot's next action from its own route, pose and bumps.
 
     Deviation: where something blocks the way twice, the robot keeps right: it turns right once,
@@ -233,7 +260,7 @@ def steer(own, ear, price, contact, stations, routes, cells, headings, grid, act
     part; one that fails again turns on, so in a crowd or a corner it tries every heading in turn.
 
     Args:
-        own: MIND[N]; ear: int64[N], see ``Knowledge``; price: int16[R, C]: ``OccupancyGrids``.
+        own: MIND[N]; ear: int64[N], see ``Knowledge``; status: uint8[R, C'], ``OccupancyGrids``.
         contact: int64[N], what each robot felt at its last move.
         stations: float64[k, 2].
         routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
@@ -242,6 +269,7 @@ def steer(own, ear, price, contact, stations, routes, cells, headings, grid, act
     """
     grid = grid[0]
     cos_off = headings[grid.most_off, 0]
+    cos_least = headings[grid.least_off, 0]
     for i in range(own.shape[0]):
         me = own[i]
         route = routes[i]
@@ -250,8 +278,8 @@ def steer(own, ear, price, contact, stations, routes, cells, headings, grid, act
             continue
         blocked = contact[i] != NO_CONTACT
         # Where something was in the way, it goes from cell to cell.
-        sight = SIGHT_CELLS if route.stuck == 0 and not blocked else 1
-        dx, dy = _next_waypoint(me, route, cells[i], price[ear[i]], sight, grid)
+        sight = SIGHT_STRIDES * grid.stride if route.stuck == 0 and not blocked else 1
+        dx, dy = _next_waypoint(me, route, cells[i], status[ear[i]], sight, grid)
         longest = min(route.length, cells.shape[1])
         if (
             route.goal == STATION
@@ -277,7 +305,10 @@ def steer(own, ear, price, contact, stations, routes, cells, headings, grid, act
             continue
         along = dx * headings[me.heading, 0] + dy * headings[me.heading, 1]
         across = dy * headings[me.heading, 0] - dx * headings[me.heading, 1]
-        if along >= cos_off * (dx * dx + dy * dy) ** 0.5:
+        away = (dx * dx + dy * dy) ** 0.5
+        if along >= cos_off * away and (
+            along >= cos_least * away or _may_move(status[ear[i]], me, headings, grid)
+        ):
             action[i] = FORWARD
             route.clear += 1
             if route.clear >= 4:

@@ -26,6 +26,9 @@ LONG_STILL_STEPS = 10
 SIDE_ROOM_M = 0.05
 """A straight way has to be wider than the robot by this on each side."""
 
+STRIDE_M = 0.5
+"""Cells of a route that a robot may head for are about so far apart."""
+
 
 @dataclass(frozen=True)
 class Vehicle:
@@ -91,13 +94,17 @@ class Planner:
         grid["most_off"] = most_off
         grid["waypoint_m"] = max(0.5 * frame.cell_m, 1.05 * vehicle.forward_m / (2.0 * cosine))
         grid["half_width_m"] = vehicle.radius_m + SIDE_ROOM_M
+        grid["stride"] = max(1, round(STRIDE_M / frame.cell_m))
+        # A robot turns once more where that brings it nearer to its course.
+        grid["least_off"] = turn_ticks // 2
+        grid["ahead_m"] = vehicle.forward_m + vehicle.radius_m
         grid["dock_m"] = vehicle.dock_m
 
     def plan(self, minds: Minds, knowledge: Knowledge, step: int, events: EventLog) -> None:
         """Give every robot that needs one a route over its own map."""
         grids, table, search = knowledge.grids, self.table, self._search
         needs = find_needs(
-            minds.own, knowledge.ear, grids.price, grids.counts, table.state, table.cells,
+            minds.own, knowledge.ear, grids.status, grids.counts, table.state, table.cells,
             self._grid, step,
         )  # fmt: skip
         if not needs:
@@ -105,9 +112,11 @@ class Planner:
         if len(self._standing) < len(knowledge.heard):
             self._standing = np.full(knowledge.still.shape, -1, dtype=np.int64)
         mark_standing(knowledge.heard, knowledge.still, knowledge.rows, self._grid, self._standing)
+        reach = np.array([grids.footprint.entry_cells, grids.footprint.exit_cells])
         plan_routes(
-            grids.price, grids.bounds, search.toll, search.nodes, search.buckets, search.state,
-            self._standing, self._docks, table.state, table.cells, step, events.rows,
+            grids.price, grids.status, grids.bounds, search.toll, search.nodes, search.buckets,
+            search.state, self._standing, self._docks, reach, table.state, table.cells, step,
+            events.rows,
         )  # fmt: skip
 
     def steer(
@@ -119,7 +128,7 @@ class Planner:
     ) -> None:
         """Write each robot's next action."""
         steer(
-            minds.own, knowledge.ear, knowledge.grids.price, contact, self.stations_m,
+            minds.own, knowledge.ear, knowledge.grids.status, contact, self.stations_m,
             self.table.state, self.table.cells, self._headings, self._grid, action,
         )  # fmt: skip
 
@@ -137,7 +146,7 @@ class Planner:
             grids: the maps.
             m: which one.
             start: flat cell; it may be occupied, for a robot can always leave its place.
-            targets: int64[n], flat cells.
+            targets: int64[n], flat cells; one without room stands for the nearest that has some.
             at_most: stop after so many of the nearest targets.
 
         Returns:
@@ -146,10 +155,14 @@ class Planner:
         """
         found = np.empty(len(targets), dtype=np.int64)
         search = self._search
+        out = int(grids.exits(m, np.array([start]))[0])
         route_cost_field(
-            grids.price[m], grids.bounds[m], search.toll, search.nodes, search.buckets,
-            search.state, start, targets, len(targets) if at_most is None else at_most, found,
+            grids.price[m], grids.status[m], grids.bounds[m], search.toll, search.nodes,
+            search.buckets, search.state, out, grids.entries(m, targets),
+            len(targets) if at_most is None else at_most, found,
         )  # fmt: skip
+        # Wherever a robot is, it is there already.
+        found[targets == start] = 0
         if at_most is not None and at_most < len(targets):
             # The last bucket holds dearer ones too.
             reached = np.where(found < 0, np.iinfo(np.int64).max, found)

@@ -4,7 +4,9 @@ Moves go to the 8 neighbours. A move costs its length times the mean price of th
 cell's price per metre is 1 + p ("length") or p alone ("probability", the paper to the letter).
 Deviation: the scenario ``paper`` takes 1 + p, so that well-seen cells are not almost free; and a
 cell in which a robot is known to stand for long is dearer.
-Occupied cells are impassable and corners are not cut. Costs are integers, so optimal is exact.
+Cells without room for a body are impassable, those in which it may touch a wall are dearer, and
+corners are not cut. Costs are integers, so optimal is exact. A goal beside a wall, as frontier
+cells often are, stands for the nearest cell clear of walls.
 
 The search runs backwards, from the goal to the robots: members of a team share their destination,
 and one search serves all that ask in the same step. Routes are then read off in a fixed order of
@@ -27,6 +29,7 @@ import numpy as np
 from swarmscout.core.enums import ROUTE as ROUTE_EVENT
 from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
+from swarmscout.mapping.footprint import BESIDE, TIGHT, enter, get_out
 from swarmscout.planning.route_table import STATION
 from swarmscout.planning.search_memory import BUCKETS
 
@@ -45,20 +48,21 @@ BETWEEN = np.array([0, 0, 0, 0, 0b0011, 0b0110, 0b1100, 0b1001], dtype=np.int64)
 
 
 @inlined
-def _toll(price, cell, base):  # type: ignore[no-untyped-def]
-    """What a cell costs per metre; negative where it is occupied: as dear as can be."""
-    p = price[cell]
-    return base + p if p >= 0 else -(base + 1000)
+def _toll(price, status, cell, search):  # type: ignore[no-untyped-def]
+    """What a cell costs per metre; negative where a body has no room: as dear as can be."""
+    if status[cell] & TIGHT:
+        return -(search.base + 1000)
+    return search.base + price[cell] + (search.beside if status[cell] & BESIDE else 0)
 
 
 @inlined
-def _fill_tolls(price, bounds, toll, search):  # type: ignore[no-untyped-def]
+def _fill_tolls(price, status, bounds, toll, search):  # type: ignore[no-untyped-def]
     """Set the tolls of all rows that differ from those of an unknown map, or did before."""
     columns = search.columns
     for row in range(min(search.filled_low, bounds[0]), max(search.filled_high, bounds[1]) + 1):
         start = (row + 1) * (columns + 2) + 1
         for col in range(columns):
-            toll[start + col] = _toll(price, row * columns + col, search.base)
+            toll[start + col] = _toll(price, status, row * columns + col, search)
     search.filled_low = bounds[0]
     search.filled_high = bounds[1]
 
@@ -162,7 +166,7 @@ def _spread(toll, nodes, buckets, seeds, waiting, box, search):  # type: ignore[
                 waiting -= 1
             bound = max(bound, cost >> bits)
             if here < 0:
-                # A robot may leave an occupied cell, but no route leads through it.
+                # A robot may leave a closed cell, but no route leads through it.
                 continue
         here = abs(here)
         walls = 0
@@ -273,73 +277,86 @@ def _read_all(toll, nodes, routes, cells, i, search, step, events):  # type: ign
 
 
 @inlined
-def _toll_standing(price, toll, standing, search, more):  # type: ignore[no-untyped-def]
+def _toll_standing(price, status, toll, standing, search, more):  # type: ignore[no-untyped-def]
     """Make the cells in which robots stand for long dearer, or put them back (`more` = 0)."""
     for e in range(standing.shape[0]):
         cell = standing[e]
         if cell >= 0:
-            fresh = _toll(price, cell, search.base)
+            fresh = _toll(price, status, cell, search)
             toll[_padded(cell, search.columns)] = fresh + (more if fresh >= 0 else -more)
 
 
 @kernel
 def plan_routes(  # type: ignore[no-untyped-def]
-    price, bounds, toll, nodes, buckets, state, standing, docks, routes, cells, step, events
+    price, status, bounds, toll, nodes, buckets, state, standing, docks, reach, routes, cells,
+    step, events,
 ):  # fmt: skip
     """Plan a route for every robot that needs one.
 
     Args:
-        price: int16[R, C], bounds: int64[R, 2]: see ``OccupancyGrids``.
+        price: int16[R, C], status: uint8[R, C'], bounds: int64[R, 2]: see ``OccupancyGrids``.
         toll, nodes, buckets, state: scratch, see ``Search``.
         standing: int64[R, N], cells in which robots stand for long, -1 for none.
         docks: int64[k], cells near the charging stations.
+        reach: float64[2], how far a goal's and a robot's place may be from a cell with room.
         routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
         step: the current step; events: see ``EventLog``.
     """
     search = state[0]
     box = np.empty(4, dtype=np.int64)
     seeds = np.empty(max(1, docks.shape[0]), dtype=np.int64)
+    columns = search.columns
+    rows = price.shape[1] // columns
     loaded = -1
+    for i in range(routes.shape[0]):
+        if routes[i].need == 1:
+            own_status = status[routes[i].map]
+            routes[i].here = get_out(own_status, routes[i].here, rows, columns, reach[1])
     for i in range(routes.shape[0]):
         if routes[i].need != 1:
             continue
         m = routes[i].map
         if m != loaded:
-            _fill_tolls(price[m], bounds[m], toll, search)
+            _fill_tolls(price[m], status[m], bounds[m], toll, search)
             loaded = m
         goal = routes[i].wanted
-        _toll_standing(price[m], toll, standing[m], search, search.standing)
+        _toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
         search.count += 1
         waiting = _start_all(nodes, routes, i, search, box)
         n = 0
         for s in range(docks.shape[0] if goal == STATION else 1):
             seed = docks[s] if goal == STATION else goal
-            if price[m, seed] >= 0:
-                seeds[n] = _padded(seed, search.columns)
+            seed = enter(status[m], seed, rows, columns, reach[0])
+            if seed >= 0:
+                seeds[n] = _padded(seed, columns)
                 n += 1
         _spread(toll, nodes, buckets, seeds[:n], waiting, box, search)
         _read_all(toll, nodes, routes, cells, i, search, step, events)
-        _toll_standing(price[m], toll, standing[m], search, 0)
+        _toll_standing(price[m], status[m], toll, standing[m], search, 0)
 
 
 @kernel
-def route_cost_field(price, bounds, toll, nodes, buckets, state, start, targets, at_most, found):  # type: ignore[no-untyped-def]
+def route_cost_field(  # type: ignore[no-untyped-def]
+    price, status, bounds, toll, nodes, buckets, state, start, targets, at_most, found
+):
     """Costs of the best routes from one cell to many: a search that spreads from the start.
 
     Args:
-        price: int16[C], bounds: int64[2]: one map; toll, nodes, buckets, state: scratch, see
-            ``Search``.
-        start: flat cell; targets: int64[n], flat cells.
+        price: int16[C], status: uint8[C'], bounds: int64[2]: one map.
+        toll, nodes, buckets, state: scratch, see ``Search``.
+        start: flat cell; targets: int64[n], flat cells with room, or -1.
         at_most: the search stops once this many targets (and all at equal cost) are settled.
         found: int64[n], written: the cost for each target, -1 where it was not settled.
     """
     search = state[0]
-    _fill_tolls(price, bounds, toll, search)
+    _fill_tolls(price, status, bounds, toll, search)
     search.count += 1
     waiting = 0
     for t in range(targets.shape[0]):
+        if targets[t] < 0:
+            continue
         cell = _padded(targets[t], search.columns)
-        if price[targets[t]] >= 0 and not _flags(nodes[cell], search.count) & START:
+        if not _flags(nodes[cell], search.count) & START:
             nodes[cell].mark = (search.count << FLAG_BITS) | START
             waiting += 1
     waiting = min(waiting, at_most)
@@ -349,5 +366,8 @@ def route_cost_field(price, bounds, toll, nodes, buckets, state, start, targets,
     if waiting > 0:
         _spread(toll, nodes, buckets, seeds, waiting, box, search)
     for t in range(targets.shape[0]):
-        node = nodes[_padded(targets[t], search.columns)]
-        found[t] = node.cost if _flags(node, search.count) & SETTLED else -1
+        found[t] = -1
+        if targets[t] >= 0:
+            node = nodes[_padded(targets[t], search.columns)]
+            if _flags(node, search.count) & SETTLED:
+                found[t] = node.cost

@@ -31,6 +31,7 @@ SEARCH = np.dtype(
         ("diagonal", "i8"),
         ("base", "i8"),
         ("least", "i8"),
+        ("beside", "i8"),
         ("standing", "i8"),
         ("bits", "i8"),  # of a cost that a bucket spans: a move changes a cost, with its
         # heuristic, by less than half of all buckets
@@ -62,10 +63,10 @@ class Search:
         self.toll = np.full(size, OUTSIDE, dtype=np.int32)
         self.nodes = np.zeros(size, dtype=NODE)
         self.buckets = np.full(BUCKETS, -1, dtype=np.int32)
-        most = 4 * costs.diagonal * (costs.base + 1000 + costs.standing)
+        most = 4 * costs.diagonal * (costs.base + 1000 + costs.beside + costs.standing)
         self.state = np.zeros(1, dtype=SEARCH)
         state = self.state[0]
-        for name in ("straight", "diagonal", "base", "least", "standing"):
+        for name in ("straight", "diagonal", "base", "least", "beside", "standing"):
             state[name] = getattr(costs, name)
         state["bits"] = max(0, most.bit_length() - (BUCKETS.bit_length() - 2))
         state["columns"] = frame.columns
