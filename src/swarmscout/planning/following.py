@@ -241,15 +241,21 @@ def _remember_bump(me, route, touch, headings, grid, step):  # type: ignore[no-u
     """Keep in mind where the last move was stopped: walls for long, robots for a moment."""
     b = route.bumps % route.bump_until.shape[0]
     route.bumps += 1
+    dx = headings[me.heading, 0]
+    dy = headings[me.heading, 1]
+    px = (grid.radius_m + grid.forward_m) * dx
+    py = (grid.radius_m + grid.forward_m) * dy
+    route.bump_until[b] = step + ROBOT_STEPS
     if touch.kind == WALL_CONTACT:
-        route.bump_x_m[b] = me.x_m + touch.dx_m
-        route.bump_y_m[b] = me.y_m + touch.dy_m
+        px = touch.dx_m
+        py = touch.dy_m
         route.bump_until[b] = step + WALL_STEPS
-    else:
-        ahead = grid.radius_m + grid.forward_m
-        route.bump_x_m[b] = me.x_m + ahead * headings[me.heading, 0]
-        route.bump_y_m[b] = me.y_m + ahead * headings[me.heading, 1]
-        route.bump_until[b] = step + ROBOT_STEPS
+    # The same move shall count as blocked, wherever on its side the wall was touched.
+    along = min(grid.forward_m, max(0.0, px * dx + py * dy))
+    gap2 = (px - along * dx) ** 2 + (py - along * dy) ** 2
+    route.bump_x_m[b] = me.x_m + px
+    route.bump_y_m[b] = me.y_m + py
+    route.bump_reach_m[b] = max(grid.radius_m, gap2**0.5) + 0.01
 
 
 @inlined

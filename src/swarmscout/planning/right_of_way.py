@@ -53,6 +53,7 @@ NEIGHBOUR = np.dtype(
         ("dx_m", "f8"),  # one move in the direction in which it means to drive
         ("dy_m", "f8"),
         ("starts", "i8"),  # turns until it looks there; FAR: it stands
+        ("wants", "?"),  # it wants to drive
         ("first", "?"),  # it goes first
         ("now", "?"),  # it was heard in this step
     ],
@@ -70,9 +71,14 @@ TURN_STEPS = 20
 BUSY_STEPS = 6
 """Who has not got away for so long is not expected to drive on: two would wait for each other."""
 FAR = 1 << 20
+ALONE, JAMMED, TAKEN = 0, 1, 2
+PATIENCE_STEPS = 10
+"""Among others that want to drive on a robot waits for its turn, but not for ever."""
+WAIT_COST = 3.0
+REST_STEPS = 10
+"""Who has made room stays away for so long."""
 # Where beacons say that bodies nearly touch, rounding must not decide.
 CLEAR_M = 0.01
-BUMP_M = 0.04
 # What it costs, in steps, to stop before a robot or a wall.
 STOP_COST = 4.0
 
@@ -131,10 +137,11 @@ def _expect(near, beacon, i, j, robots, step, headings, rules):  # type: ignore[
     near.x_m = beacon.x_m
     near.y_m = beacon.y_m
     near.now = beacon.step == step
+    near.wants = near.now and beacon.aim >= 0
     near.dx_m = 0.0
     near.dy_m = 0.0
     near.starts = FAR
-    if near.now and beacon.aim >= 0 and beacon.still < BUSY_STEPS:
+    if near.wants and beacon.still < BUSY_STEPS:
         near.dx_m = rules.forward_m * headings[beacon.aim, 0]
         near.dy_m = rules.forward_m * headings[beacon.aim, 1]
         ticks = headings.shape[0]
@@ -175,7 +182,11 @@ def _look_round(me, heard, chain, near, i, step, headings, rules):  # type: igno
 
 @inlined
 def _meets(near, x, y, dx, dy, t, rules):  # type: ignore[no-untyped-def]
-    """Whether a move from (x, y) by (dx, dy), t steps from now, comes too near to a robot."""
+    """Whom a move from (x, y) by (dx, dy), t steps from now, comes too near to.
+
+    Returns:
+        ALONE, JAMMED (a robot that wants to drive on too) or TAKEN (one that stays).
+    """
     apart = 2.0 * rules.radius_m + CLEAR_M
     for n in range(near.shape[0]):
         other = near[n]
@@ -186,7 +197,7 @@ def _meets(near, x, y, dx, dy, t, rules):  # type: ignore[no-untyped-def]
             ey = y + dy - other.y_m
             away = ex * dx + ey * dy > 0.0 and gap2 >= (x - other.x_m) ** 2 + (y - other.y_m) ** 2
             if gap2 < apart * apart and not away:
-                return True
+                return JAMMED if other.wants else TAKEN
         if other.first and other.starts != FAR:
             made = max(0, t - other.starts)
             vx = other.dx_m if t >= other.starts else 0.0
@@ -195,8 +206,8 @@ def _meets(near, x, y, dx, dy, t, rules):  # type: ignore[no-untyped-def]
             oy = other.y_m + made * other.dy_m
             # Seen from it, this robot moves by the relative motion.
             if _way_distance2(x, y, dx - vx, dy - vy, ox, oy) < apart * apart:
-                return True
-    return False
+                return JAMMED
+    return ALONE
 
 
 @inlined
@@ -207,7 +218,7 @@ def _is_closed(price, route, x, y, dx, dy, step, rules):  # type: ignore[no-unty
             px = route.bump_x_m[b]
             py = route.bump_y_m[b]
             if (
-                _way_distance2(x, y, dx, dy, px, py) < (rules.radius_m + BUMP_M) ** 2
+                _way_distance2(x, y, dx, dy, px, py) < route.bump_reach_m[b] ** 2
                 and (px - x) * dx + (py - y) * dy > 0.0
             ):
                 return True
@@ -223,7 +234,7 @@ def _is_closed(price, route, x, y, dx, dy, step, rules):  # type: ignore[no-unty
 def _free_moves(price, route, near, x, y, dx, dy, start, most, step, rules):  # type: ignore[no-untyped-def]
     """How many moves by (dx, dy) are free, of at most `most`, the first one at time `start`."""
     for m in range(most):
-        if _meets(near, x, y, dx, dy, start + m, rules) or _is_closed(
+        if _meets(near, x, y, dx, dy, start + m, rules) != ALONE or _is_closed(
             price, route, x, y, dx, dy, step, rules
         ):
             return m
@@ -286,6 +297,40 @@ def _best_detour(me, price, route, near, wanted, step, headings, rules):  # type
 
 
 @inlined
+def _way_back(me, price, route, near, step, headings, rules):  # type: ignore[no-untyped-def]
+    """The heading, and moves along it, that lead out of a crowd; 0 moves: it is shut in.
+
+    Who stands at the rim makes room this way for those in the middle, who cannot.
+    """
+    ticks = headings.shape[0]
+    out_x = 0.0
+    out_y = 0.0
+    for n in range(near.shape[0]):
+        dx = me.x_m - near[n].x_m
+        dy = me.y_m - near[n].y_m
+        away2 = max(dx * dx + dy * dy, rules.radius_m * rules.radius_m)
+        out_x += dx / away2
+        out_y += dy / away2
+    length = max((out_x * out_x + out_y * out_y) ** 0.5, 1e-9)
+    best = -math.inf
+    best_heading = 0
+    best_moves = 0
+    for k in range(-(ticks // (2 * rules.turn_ticks * rules.aside)), 1 + ticks // (2 * rules.turn_ticks * rules.aside)):
+        turns = k * rules.aside
+        heading = (me.heading + turns * rules.turn_ticks) % ticks
+        dx = rules.forward_m * headings[heading, 0]
+        dy = rules.forward_m * headings[heading, 1]
+        free = _free_moves(
+            price, route, near, me.x_m, me.y_m, dx, dy, abs(turns), MOVES, step, rules
+        )
+        outward = (out_x * headings[heading, 0] + out_y * headings[heading, 1]) / length
+        good = free + 2.0 * outward - 0.3 * abs(turns)
+        if free >= 2 and good > best:
+            best, best_heading, best_moves = good, heading, free
+    return best_heading, best_moves
+
+
+@inlined
 def _turn_or_drive(turns):  # type: ignore[no-untyped-def]
     """The action that brings a robot onto a heading so many turns to its left, or along it."""
     if turns == 0:
@@ -294,7 +339,18 @@ def _turn_or_drive(turns):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _drive(me, price, route, near, step, headings, rules):  # type: ignore[no-untyped-def]
+def _set_out(me, route, heading, moves, turn, ticks):  # type: ignore[no-untyped-def]
+    """Begin a detour of so many moves; returns the action."""
+    me.aim = heading
+    route.aim = heading
+    turns = _turns(me.heading, heading, turn, ticks)
+    route.made = 1 if turns == 0 else 0
+    route.ahead = moves - route.made
+    return _turn_or_drive(turns)
+
+
+@inlined
+def _drive(me, price, route, near, i, step, headings, rules):  # type: ignore[no-untyped-def]
     """One robot's action; `aim` and its detour are written."""
     ticks = headings.shape[0]
     turn = rules.turn_ticks
@@ -313,21 +369,30 @@ def _drive(me, price, route, near, step, headings, rules):  # type: ignore[no-un
     x = me.x_m
     y = me.y_m
     free = _free_moves(price, route, near, x, y, dx, dy, abs(turns), most, step, rules)
-    if route.ahead > 0 and not (free == most and route.made > 0):
+    if route.ahead > 0 and (route.rest > 0 or free < most or route.made == 0):
         kept = _turns(me.heading, route.aim, turn, ticks)
         ax = rules.forward_m * headings[route.aim, 0]
         ay = rules.forward_m * headings[route.aim, 1]
-        ahead = min(2, route.ahead)
-        if _free_moves(price, route, near, x, y, ax, ay, abs(kept), ahead, step, rules) > 0:
+        # While it turns, others come and go: it looks again before it drives.
+        if kept != 0 or _free_moves(price, route, near, x, y, ax, ay, 0, 1, step, rules) > 0:
             me.aim = route.aim
             if kept == 0:
                 route.ahead -= 1
                 route.made += 1
             return _turn_or_drive(kept)
     route.ahead = 0
+    if route.rest > 0:
+        route.rest -= 1
+        return STOP
     me.aim = heading
     if free == most:
         return _turn_or_drive(turns)
+    lost = max(me.still, route.idle // 2)
+    if free == 0 and lost >= PATIENCE_STEPS + (i + step) % PATIENCE_STEPS:
+        back, moves = _way_back(me, price, route, near, step, headings, rules)
+        if moves > 0:
+            route.rest = REST_STEPS
+            return _set_out(me, route, back, moves, turn, ticks)
     # To drive on as far as it is free, to wait, or to turn aside?
     time = math.inf
     if free > 0:
@@ -341,17 +406,13 @@ def _drive(me, price, route, near, step, headings, rules):  # type: ignore[no-un
             time = start + away / rules.forward_m + 0.5
             wait = w
             break
+    if free == 0 and wait == 0 and me.still < PATIENCE_STEPS:
+        if _meets(near, x, y, dx, dy, abs(turns), rules) == JAMMED:
+            time = abs(turns) + away / rules.forward_m + WAIT_COST
+            wait = 1
     aside, other, moves = _best_detour(me, price, route, near, wanted, step, headings, rules)
     if aside < time:
-        route.aim = other
-        route.ahead = moves
-        route.made = 0
-        me.aim = other
-        kept = _turns(me.heading, other, turn, ticks)
-        if kept == 0:
-            route.ahead -= 1
-            route.made = 1
-        return _turn_or_drive(kept)
+        return _set_out(me, route, other, moves, turn, ticks)
     if time == math.inf or (turns == 0 and wait > 0):
         return _turn_or_drive(turns) if turns != 0 else STOP
     return _turn_or_drive(turns)
@@ -384,7 +445,8 @@ def keep_clear(own, price, heard, listeners, groups, routes, headings, rules, ch
             me.aim = -1
             if route.wish_x_m == 0.0 and route.wish_y_m == 0.0:
                 route.ahead = 0
+                route.rest = 0
                 continue
             n = _look_round(me, heard[row], chain, near, i, step, headings, rules)
-            action[i] = _drive(me, price[row], route, near[:n], step, headings, rules)
+            action[i] = _drive(me, price[row], route, near[:n], i, step, headings, rules)
         _empty(heard[row], chain, rules)

@@ -27,6 +27,7 @@ ROUTE = np.dtype(
         ("aim", "i8"),  # the heading of a detour, in ticks
         ("ahead", "i8"),  # moves of the detour still to be made
         ("made", "i8"),  # moves of it that were made
+        ("rest", "i8"),  # steps for which it stays where it has made room for others
         ("anchor_x_m", "f8"),  # where the robot was when it last got away from where it stood
         ("anchor_y_m", "f8"),
         ("tracked", "i8"),  # the goal for which progress is counted
@@ -35,6 +36,7 @@ ROUTE = np.dtype(
         ("again", "i8"),  # 1: plan anew, for there was no progress
         ("bump_x_m", "f8", (BUMPS,)),  # what the robot lately bumped into
         ("bump_y_m", "f8", (BUMPS,)),
+        ("bump_reach_m", "f8", (BUMPS,)),  # nearer to it there is no way
         ("bump_until", "i8", (BUMPS,)),  # remembered until this step
         ("bumps", "i8"),  # counts them
         ("cost", "i8"),  # of the whole route when planned, see RouteCosts; -1: there is none
