@@ -21,7 +21,7 @@ from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import Minds, blank_minds
 from swarmscout.robots.bodies import heading_table
 
-REACH_M, FAN_M, APART_M, TURN_M = 0.5, 3.0, 1.0, 0.7
+REACH_M, FAN_M, APART_M, TURN_M, KEEP_M = 0.5, 3.0, 1.0, 0.7, 0.9
 FRONTIER_BIT = 4
 STEP = 3
 MODEL = InverseSensorModel(-1, 1, -9, 9, -1, 1, 0.0)
@@ -40,7 +40,8 @@ def some_minds(rng: np.random.Generator, frame: GridFrame, shared: bool) -> tupl
     own["y_m"] = rng.uniform(0.0, frame.cell_m * frame.rows, robots)
     own["heading"] = rng.integers(0, len(HEADINGS), robots)
     goals = rng.integers(-1, frame.size, 2)
-    own["destination"] = own["target"] = goals[minds.team]
+    own["destination"] = goals[minds.team]
+    own["target"] = np.where(rng.random(robots) < 0.5, goals[minds.team], rng.integers(0, frame.size, robots))
     knowledge = knowledge_of(minds, OccupancyGrids(frame, 1, MODEL, 8))
     exchange(knowledge, minds, STEP, None if shared else rng.random((robots, robots)) < 0.7)
     knowledge.tell(minds, STEP)
@@ -53,7 +54,7 @@ def fan(minds: Minds, knowledge: Knowledge, status: NDArray[np.uint8]) -> None:
     for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
         rules[name] = getattr(frame, name)
     rules["candidate_bit"], rules["reach_m"], rules["fan_m"] = FRONTIER_BIT, REACH_M, FAN_M
-    rules["apart_m"], rules["turn_m"] = APART_M, TURN_M
+    rules["apart_m"], rules["turn_m"], rules["keep_m"] = APART_M, TURN_M, KEEP_M
     fan_out(
         minds.own, knowledge.ear, knowledge.heard, knowledge.notices, status, HEADINGS, rules, STEP
     )
@@ -82,10 +83,11 @@ def by_definition(minds: Minds, knowledge: Knowledge, status: NDArray[np.uint8],
     def effort(j: int, cell: int) -> float:
         x_m, y_m = frame.centre_of(*frame.unflat(cell))
         at_x_m, at_y_m, ticks = (heard[name][j] for name in ("x_m", "y_m", "heading"))
+        change = 0.0 if cell == heard["target"][j] else KEEP_M
         if not away(j, cell):
-            return 0.0
+            return change
         turn = math.atan2(y_m - at_y_m, x_m - at_x_m) - 2.0 * math.pi * ticks / len(HEADINGS)
-        return away(j, cell) + TURN_M * 2.0 * abs(math.sin(0.5 * turn))
+        return change + away(j, cell) + TURN_M * 2.0 * abs(math.sin(0.5 * turn))
 
     def gap(a: int, b: int) -> float:
         return frame.cell_m * math.dist(frame.unflat(a), frame.unflat(b))
@@ -120,6 +122,7 @@ def test_targets_follow_the_definition(seed: int, shared: bool) -> None:
     minds, knowledge = some_minds(rng, frame, shared)
     shape = (len(knowledge.heard), frame.size)
     status = np.where(rng.random(shape) < 0.2, FRONTIER_BIT, 0).astype(np.uint8)
+    minds.own["target"] = minds.destination  # As shared in this step; beacons tell the last one.
     wanted = [by_definition(minds, knowledge, status, i) for i in range(len(minds))]
     fan(minds, knowledge, status)
     assert minds.target.tolist() == wanted

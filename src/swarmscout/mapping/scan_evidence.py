@@ -194,7 +194,7 @@ def scan_evidence(  # type: ignore[no-untyped-def]
             # Deviation: a bump is a measurement too; the paper does not speak of contacts.
             row = int(math.floor(y + touch[i].dy_m / model.cell_m)) - low
             col = int(math.floor(x + touch[i].dx_m / model.cell_m)) - left
-            _add(window, span, sparse, row, col, 10 * model.occupied)
+            _add(window, span, sparse, row, col, 4 * model.occupied)
         length[i] += _append(
             window, span, low, left, model.rows, model.columns,
             cells[i, length[i] :], increments[i, length[i] :],

@@ -55,8 +55,8 @@ WALL_STEPS = 40
 ROBOT_STEPS = 4
 CAREFUL_STEPS = 8
 # After so many steps without progress it plans anew, and gives up.
-REPLAN_STEPS = 15
-FAIL_STEPS = 40
+REPLAN_STEPS = 12
+FAIL_STEPS = 24
 
 
 @inlined

@@ -72,10 +72,12 @@ BUSY_STEPS = 6
 """Who has not got away for so long is not expected to drive on: two would wait for each other."""
 FAR = 1 << 20
 ALONE, JAMMED, TAKEN = 0, 1, 2
-PATIENCE_STEPS = 10
+PATIENCE_STEPS = 6
 """Among others that want to drive on a robot waits for its turn, but not for ever."""
 WAIT_COST = 3.0
-REST_STEPS = 10
+MOST_DETOUR = 8.0
+"""In a crowd a robot rather stays than makes a longer detour, in steps."""
+REST_STEPS = 0
 """Who has made room stays away for so long."""
 # Where beacons say that bodies nearly touch, rounding must not decide.
 CLEAR_M = 0.01
@@ -325,7 +327,7 @@ def _way_back(me, price, route, near, step, headings, rules):  # type: ignore[no
         )
         outward = (out_x * headings[heading, 0] + out_y * headings[heading, 1]) / length
         good = free + 2.0 * outward - 0.3 * abs(turns)
-        if free >= 2 and good > best:
+        if free >= 1 and good > best:
             best, best_heading, best_moves = good, heading, free
     return best_heading, best_moves
 
@@ -394,8 +396,10 @@ def _drive(me, price, route, near, i, step, headings, rules):  # type: ignore[no
             route.rest = REST_STEPS
             return _set_out(me, route, back, moves, turn, ticks)
     # To drive on as far as it is free, to wait, or to turn aside?
-    time = math.inf
+    time = abs(turns) + away / rules.forward_m + MOST_DETOUR
+    stay = True
     if free > 0:
+        stay = False
         time = abs(turns) + away / rules.forward_m + STOP_COST + (most - free)
     wait = 0
     for w in range(1, WAITS + 1):
@@ -405,15 +409,17 @@ def _drive(me, price, route, near, i, step, headings, rules):  # type: ignore[no
         if _free_moves(price, route, near, x, y, dx, dy, start, most, step, rules) == most:
             time = start + away / rules.forward_m + 0.5
             wait = w
+            stay = False
             break
     if free == 0 and wait == 0 and me.still < PATIENCE_STEPS:
         if _meets(near, x, y, dx, dy, abs(turns), rules) == JAMMED:
             time = abs(turns) + away / rules.forward_m + WAIT_COST
             wait = 1
+            stay = False
     aside, other, moves = _best_detour(me, price, route, near, wanted, step, headings, rules)
     if aside < time:
         return _set_out(me, route, other, moves, turn, ticks)
-    if time == math.inf or (turns == 0 and wait > 0):
+    if stay or (turns == 0 and wait > 0):
         return _turn_or_drive(turns) if turns != 0 else STOP
     return _turn_or_drive(turns)
 
