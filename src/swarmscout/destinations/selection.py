@@ -116,9 +116,8 @@ class Destinations:
             self._fan = _record(FAN, setting.frame, renewal, task)
             self._fan["fan_m"], self._fan["turn_m"] = dispersal.fan_m, dispersal.fan_turn_m
             self._fan["apart_m"] = dispersal.fan_apart_m
-            # Going round something, a robot turns away from its target by up to a half turn, and
-            # back: that alone shall not change anybody's mind.
-            self._fan["keep_m"] = 2.0 * dispersal.fan_turn_m + 2.0 * setting.forward_m
+            # A change of mind costs as much as turning by a radian: turning to and fro does not pay.
+            self._fan["keep_m"] = dispersal.fan_turn_m + setting.forward_m
 
     def decide(
         self, minds: Minds, knowledge: Knowledge, planner: Planner, step: int, events: EventLog

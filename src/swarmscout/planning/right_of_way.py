@@ -72,13 +72,11 @@ BUSY_STEPS = 6
 """Who has not got away for so long is not expected to drive on: two would wait for each other."""
 FAR = 1 << 20
 ALONE, JAMMED, TAKEN = 0, 1, 2
-PATIENCE_STEPS = 6
+PATIENCE_STEPS = 4
 """Among others that want to drive on a robot waits for its turn, but not for ever."""
 WAIT_COST = 3.0
 MOST_DETOUR = 8.0
 """In a crowd a robot rather stays than makes a longer detour, in steps."""
-REST_STEPS = 0
-"""Who has made room stays away for so long."""
 # Where beacons say that bodies nearly touch, rounding must not decide.
 CLEAR_M = 0.01
 # What it costs, in steps, to stop before a robot or a wall.
@@ -371,7 +369,7 @@ def _drive(me, price, route, near, i, step, headings, rules):  # type: ignore[no
     x = me.x_m
     y = me.y_m
     free = _free_moves(price, route, near, x, y, dx, dy, abs(turns), most, step, rules)
-    if route.ahead > 0 and (route.rest > 0 or free < most or route.made == 0):
+    if route.ahead > 0 and (free < most or route.made == 0):
         kept = _turns(me.heading, route.aim, turn, ticks)
         ax = rules.forward_m * headings[route.aim, 0]
         ay = rules.forward_m * headings[route.aim, 1]
@@ -383,9 +381,6 @@ def _drive(me, price, route, near, i, step, headings, rules):  # type: ignore[no
                 route.made += 1
             return _turn_or_drive(kept)
     route.ahead = 0
-    if route.rest > 0:
-        route.rest -= 1
-        return STOP
     me.aim = heading
     if free == most:
         return _turn_or_drive(turns)
@@ -393,7 +388,6 @@ def _drive(me, price, route, near, i, step, headings, rules):  # type: ignore[no
     if free == 0 and lost >= PATIENCE_STEPS + (i + step) % PATIENCE_STEPS:
         back, moves = _way_back(me, price, route, near, step, headings, rules)
         if moves > 0:
-            route.rest = REST_STEPS
             return _set_out(me, route, back, moves, turn, ticks)
     # To drive on as far as it is free, to wait, or to turn aside?
     time = abs(turns) + away / rules.forward_m + MOST_DETOUR
@@ -451,7 +445,6 @@ def keep_clear(own, price, heard, listeners, groups, routes, headings, rules, ch
             me.aim = -1
             if route.wish_x_m == 0.0 and route.wish_y_m == 0.0:
                 route.ahead = 0
-                route.rest = 0
                 continue
             n = _look_round(me, heard[row], chain, near, i, step, headings, rules)
             action[i] = _drive(me, price[row], route, near[:n], i, step, headings, rules)

@@ -27,7 +27,6 @@ ROUTE = np.dtype(
         ("aim", "i8"),  # the heading of a detour, in ticks
         ("ahead", "i8"),  # moves of the detour still to be made
         ("made", "i8"),  # moves of it that were made
-        ("rest", "i8"),  # steps for which it stays where it has made room for others
         ("anchor_x_m", "f8"),  # where the robot was when it last got away from where it stood
         ("anchor_y_m", "f8"),
         ("tracked", "i8"),  # the goal for which progress is counted
