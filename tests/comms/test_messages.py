@@ -52,12 +52,15 @@ def test_a_deaf_robot_hears_itself_and_a_mute_one_is_heard_by_none() -> None:
     assert swarm.heard(2)["step"].tolist() == [1, -1, 1]
 
 
-def test_a_robot_that_moves_is_not_still() -> None:
+def test_how_long_a_robot_has_stood_is_what_it_says_and_counts_on_in_silence() -> None:
     swarm = Swarm(2, 0)
+    swarm.minds.own["still"] = [0, 7]
+    swarm.meet(None)
+    np.testing.assert_array_equal(swarm.knowledge.still[0], [0, 7])
+    swarm.minds.own["sends"][1] = False
     for _ in range(4):
-        swarm.minds.own["x_m"][0] += 0.2
         swarm.meet(None)
-    np.testing.assert_array_equal(swarm.knowledge.still[0], [0, 3])
+    np.testing.assert_array_equal(swarm.knowledge.still[swarm.row(0)], [0, 11])
 
 
 def test_links_keep_what_a_matrix_says() -> None:

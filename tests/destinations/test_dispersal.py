@@ -20,10 +20,27 @@ from swarmscout.mapping.log_odds import InverseSensorModel
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import Minds, blank_minds
 from swarmscout.robots.bodies import heading_table
+from swarmscout.worlds import world_from_ascii
 
-REACH_M, FAN_M, APART_M, TURN_M = 0.5, 3.0, 1.0, 0.7
+REACH_M, FAN_M, APART_M, TURN_M, KEEP_M = 0.5, 3.0, 1.0, 0.7, 0.9
 FRONTIER_BIT = 4
 STEP = 3
+HALL = """
+##############################
+#S.......#.........#.........#
+#........#.........#.........#
+#........#.........#.........#
+#........#.........#.........#
+####..#######..#######..######
+#............................#
+#............................#
+#............................#
+#######..#######..#######..###
+#........#.........#.........#
+#........#.........#.........#
+#........#.........#.........#
+##############################
+"""
 MODEL = InverseSensorModel(-1, 1, -9, 9, -1, 1, 0.0)
 HEADINGS = heading_table()
 
@@ -40,10 +57,14 @@ def some_minds(rng: np.random.Generator, frame: GridFrame, shared: bool) -> tupl
     own["y_m"] = rng.uniform(0.0, frame.cell_m * frame.rows, robots)
     own["heading"] = rng.integers(0, len(HEADINGS), robots)
     goals = rng.integers(-1, frame.size, 2)
-    own["destination"] = own["target"] = goals[minds.team]
+    own["destination"] = goals[minds.team]
+    own["target"] = np.where(
+        rng.random(robots) < 0.5, minds.destination, rng.integers(0, frame.size, robots)
+    )
     knowledge = knowledge_of(minds, OccupancyGrids(frame, 1, MODEL, 8))
     exchange(knowledge, minds, STEP, None if shared else rng.random((robots, robots)) < 0.7)
     knowledge.tell(minds, STEP)
+    own["target"] = minds.destination  # As shared in this step; beacons tell the last one.
     return minds, knowledge
 
 
@@ -53,7 +74,7 @@ def fan(minds: Minds, knowledge: Knowledge, status: NDArray[np.uint8]) -> None:
     for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
         rules[name] = getattr(frame, name)
     rules["candidate_bit"], rules["reach_m"], rules["fan_m"] = FRONTIER_BIT, REACH_M, FAN_M
-    rules["apart_m"], rules["turn_m"] = APART_M, TURN_M
+    rules["apart_m"], rules["turn_m"], rules["keep_m"] = APART_M, TURN_M, KEEP_M
     fan_out(
         minds.own, knowledge.ear, knowledge.heard, knowledge.notices, status, HEADINGS, rules, STEP
     )
@@ -82,10 +103,11 @@ def by_definition(minds: Minds, knowledge: Knowledge, status: NDArray[np.uint8],
     def effort(j: int, cell: int) -> float:
         x_m, y_m = frame.centre_of(*frame.unflat(cell))
         at_x_m, at_y_m, ticks = (heard[name][j] for name in ("x_m", "y_m", "heading"))
+        change = 0.0 if cell == heard["target"][j] else KEEP_M
         if not away(j, cell):
-            return 0.0
+            return change
         turn = math.atan2(y_m - at_y_m, x_m - at_x_m) - 2.0 * math.pi * ticks / len(HEADINGS)
-        return away(j, cell) + TURN_M * 2.0 * abs(math.sin(0.5 * turn))
+        return change + away(j, cell) + TURN_M * 2.0 * abs(math.sin(0.5 * turn))
 
     def gap(a: int, b: int) -> float:
         return frame.cell_m * math.dist(frame.unflat(a), frame.unflat(b))
@@ -174,3 +196,41 @@ def test_a_team_that_fans_out_explores_more(selector: str) -> None:
         for members in ("shared", "fan")
     }
     assert area["fan"] > 1.2 * area["shared"]
+
+
+def test_two_members_do_not_swap_their_targets_for_ever() -> None:
+    world = world_from_ascii(HALL, 0.5, pieces=5)
+    scenario = Scenario.model_validate(
+        {
+            "robots": 2,
+            "steps": 900,
+            "seed": 26,
+            "destinations": "multi-criteria",
+            "teams": {"desired_size": 2, "members": "fan"},
+            "battery": {"enabled": False},
+        }
+    )
+    summary = Mission(scenario, world=world).run()
+    assert summary["explored_fraction"] > 0.98
+
+
+def test_of_two_cells_that_are_about_as_good_a_member_keeps_its_own() -> None:
+    frame = GridFrame(0.0, 0.0, 0.5, 16, 16)
+    minds = blank_minds(2)
+    own = minds.own
+    own["team"] = own["leader"] = 0
+    own["x_m"], own["y_m"] = [3.75, 4.25], [3.75, 3.75]
+    goal, other = frame.flat(12, 6), frame.flat(12, 9)
+    own["destination"] = goal
+    status = np.zeros((1, frame.size), dtype=np.uint8)
+    status[0, [goal, other]] = FRONTIER_BIT
+    # Each looks at what is the other one's: without what it costs to change they would swap.
+    for targets in ([goal, other], [other, goal]):
+        own["heading"] = [600, 1200]
+        own["target"] = targets
+        knowledge = knowledge_of(minds, OccupancyGrids(frame, 1, MODEL, 8))
+        exchange(knowledge, minds, STEP)
+        knowledge.tell(minds, STEP)
+        own["target"] = goal
+        fan(minds, knowledge, status)
+        assert minds.target.tolist() == targets

@@ -16,7 +16,7 @@ from swarmscout.core.grid import GridFrame
 from swarmscout.core.scan import Scan
 from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.log_odds import InverseSensorModel
-from swarmscout.mapping.scan_evidence import inverse_model, observe, rays_per_beam
+from swarmscout.mapping.scan_evidence import BUMP_HITS, inverse_model, observe, rays_per_beam
 from swarmscout.minds.minds import blank_minds
 from swarmscout.robots.bodies import place_bodies
 
@@ -83,7 +83,7 @@ def reference(
         for cell in passed:
             total[cell] += FREE
     if contact == WALL_CONTACT:
-        total[frame.cell_of(*(place + contact_offset))] += OCCUPIED
+        total[frame.cell_of(*(place + contact_offset))] += BUMP_HITS * OCCUPIED
     return {frame.flat(*cell): sum_ for cell, sum_ in total.items() if frame.contains(*cell)}
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from known import knowledge_of, place
+from known import exchange, knowledge_of, place
 from numpy.typing import NDArray
 
 from swarmscout.core.enums import CHARGE, FORWARD, NO_CONTACT, STOP
@@ -85,8 +85,12 @@ class Trip:
         self.grids.counts[:, 0] = 0
         return len(self.log.entries)
 
-    def act(self) -> None:
-        self.planner.steer(self.minds, self.knowledge, self.bodies.contact, self.action)
+    def act(self, *, hears: bool = False) -> None:
+        if hears:
+            exchange(self.knowledge, self.minds, self.step_number)
+        self.planner.steer(
+            self.minds, self.knowledge, self.bodies.touch, self.step_number, self.action
+        )
         self.motion.carry_out(self.action, self.bodies, self.step_number)
 
     def gap_to(self, cell: int) -> float:
@@ -288,7 +292,8 @@ def test_a_robot_whose_charge_is_gone_plans_and_does_nothing() -> None:
 
 
 @pytest.mark.parametrize("heading", range(0, TICKS, 450))
-def test_two_robots_that_meet_head_on_get_past_each_other(heading: int) -> None:
+@pytest.mark.parametrize("hears", [False, True])
+def test_two_robots_that_meet_head_on_get_past_each_other(heading: int, hears: bool) -> None:
     middle = np.array([2.25, 5.25])
     way = np.array([np.cos(heading * np.pi / 1800), np.sin(heading * np.pi / 1800)])
     starts = np.array([middle - 2.0 * way, middle + 2.0 * way])
@@ -298,9 +303,10 @@ def test_two_robots_that_meet_head_on_get_past_each_other(heading: int) -> None:
     touched = False
     for _ in range(120):
         trip.plan()
-        trip.act()
+        trip.act(hears=hears)
         touched |= bool((trip.bodies.contact != NO_CONTACT).any())
-    assert touched
+    # Robots that hear nothing of each other feel it.
+    assert touched != hears
     for i in range(2):
         x, y = trip.frame.centre_of(*trip.frame.unflat(goals[i]))
         assert np.hypot(*(trip.bodies.position[i] - (x, y))) <= 0.25 + 1e-9

@@ -37,11 +37,8 @@ def deliver(beacons, log_end, bounds, members, ear, heard, still, versions, befo
         source = -1
         for m in range(bounds[a, 1], bounds[a, 2]):
             j = members[m]
-            dx = beacons[j].x_m - heard[row, j].x_m
-            dy = beacons[j].y_m - heard[row, j].y_m
-            # Turning on the spot is standing; noise of a centimetre or two is not motion.
-            if heard[row, j].step < 0 or dx * dx + dy * dy >= 0.0025:
-                still[row, j] = 0
+            # Who turns to and fro, or is pushed about, stands: each robot says for how long.
+            still[row, j] = beacons[j].still
             heard[row, j] = beacons[j]
             # Members of one group know the same but for their own latest entries.
             if ear[j] != source:

@@ -31,6 +31,9 @@ BEACON = np.dtype(
         ("desired", "i8"),
         ("partner", "i8"),
         ("destination", "i8"),
+        ("target", "i8"),
+        ("aim", "i8"),
+        ("still", "i8"),
     ],
     align=True,
 )
@@ -90,6 +93,9 @@ def send_beacons(own, step, beacons):  # type: ignore[no-untyped-def]
         beacon.desired = me.desired
         beacon.partner = me.partner
         beacon.destination = me.destination
+        beacon.target = me.target
+        beacon.aim = me.aim
+        beacon.still = me.still
     return sound
 
 

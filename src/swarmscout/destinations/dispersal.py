@@ -29,6 +29,7 @@ FAN = np.dtype(
         ("fan_m", "f8"),  # targets lie this near to the destination …
         ("apart_m", "f8"),  # … and at least this far apart
         ("turn_m", "f8"),  # what a turn by a radian costs, in metres
+        ("keep_m", "f8"),  # another cell than the one that a member drives to costs so much more
     ],
     align=True,
 )
@@ -62,14 +63,16 @@ def _list_cells(marks, candidate_bit, centre, reach_cells, columns, rows, cells)
 
 @inlined
 def _effort(mate, cell, rules, headings):  # type: ignore[no-untyped-def]
-    """Distance and turn, in metres, from a robot as heard to a cell; and the distance alone."""
+    """Distance, turn and change of mind, in metres, of a robot as heard; and the distance alone."""
     dx, dy = offset(cell, mate.x_m, mate.y_m, rules)
     away = math.sqrt(dx * dx + dy * dy)
+    change = 0.0 if cell == mate.target else rules.keep_m
     if away == 0.0:
-        return 0.0, 0.0
+        return change, 0.0
     along = (dx * headings[mate.heading, 0] + dy * headings[mate.heading, 1]) / away
     # The chord of the angle: as long as the angle where it is small, 2 for about-turns.
-    return away + rules.turn_m * math.sqrt(max(0.0, 2.0 - 2.0 * along)), away
+    turn = rules.turn_m * math.sqrt(max(0.0, 2.0 - 2.0 * along))
+    return change + away + turn, away
 
 
 @inlined
@@ -141,8 +144,9 @@ def fan_out(own, ear, heard, notices, marks, headings, rules, step):  # type: ig
     members that have heard the same never take the same cell. Who gets to the destination with the
     least effort takes it, and the others take what costs them least: always the cheapest pair of
     member and cell first, and no cell nearer than `apart_m` to another member's. A member for which
-    no cell is left takes the destination. All is decided anew in each step: turning has its price,
-    so that robots keep going where they look.
+    no cell is left takes the destination. All is decided anew in each step, but turning has its
+    price, and so has any other cell than the one that a member drives to, which it tells in its
+    beacon: two members for which two cells are about as good do not swap them for ever.
 
     Args:
         own: MIND[N], `target` is written; ear, heard, notices: see ``Knowledge``.

@@ -20,7 +20,12 @@ from swarmscout.core.scan import TICKS, Scan, rays_in
 from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.log_odds import InverseSensorModel
 
-__all__ = ["inverse_model", "observe", "rays_per_beam", "scan_evidence"]
+__all__ = ["BUMP_HITS", "inverse_model", "observe", "rays_per_beam", "scan_evidence"]
+
+BUMP_HITS = 4
+"""A bump counts like so many rays that ended there: it is certain, and rays that pass over a drop,
+or through the open part of a cell, must not outvote it at once. Much more, and a bump at the edge
+of a narrow passage would shut it for good."""
 
 _MODEL = np.dtype([
     # The occupancy grid's frame.
@@ -194,7 +199,7 @@ def scan_evidence(  # type: ignore[no-untyped-def]
             # Deviation: a bump is a measurement too; the paper does not speak of contacts.
             row = int(math.floor(y + touch[i].dy_m / model.cell_m)) - low
             col = int(math.floor(x + touch[i].dx_m / model.cell_m)) - left
-            _add(window, span, sparse, row, col, model.occupied)
+            _add(window, span, sparse, row, col, BUMP_HITS * model.occupied)
         length[i] += _append(
             window, span, low, left, model.rows, model.columns,
             cells[i, length[i] :], increments[i, length[i] :],

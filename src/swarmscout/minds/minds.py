@@ -29,6 +29,8 @@ MIND = np.dtype(
         ("partner", "i8"),  # a leader's choice for joining: a robot of another team, or -1
         ("destination", "i8"),  # the team's destination: flat cell of the map, or -1
         ("target", "i8"),  # the cell that the robot itself drives to, or -1
+        ("aim", "i8"),  # the heading in which it means to drive, in ticks; -1: it stands
+        ("still", "i8"),  # for how many steps it has stayed about where it is
         ("cause", "i8"),  # why its team needs a destination, a code of CAUSES
         ("due_at", "i8"),  # the step after which the destination is overdue
         ("thinks", "?"),  # False: it decides nothing
@@ -110,7 +112,7 @@ def blank_minds(robots: int) -> Minds:
     own["team"] = own["leader"] = np.arange(robots)
     own["mode"] = EXPLORE
     own["size"] = own["desired"] = 1
-    own["partner"] = own["destination"] = own["target"] = -1
+    own["partner"] = own["destination"] = own["target"] = own["aim"] = -1
     own["thinks"] = own["sends"] = own["hears"] = True
     return Minds(
         own=own,

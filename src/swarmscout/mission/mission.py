@@ -191,7 +191,7 @@ class Mission:
         self.decisions = self.destinations.decide(minds, knowledge, planner, step, events)
         # "Each member then independently plans its route to the shared target and moves."
         planner.plan(minds, knowledge, step, events)
-        planner.steer(minds, knowledge, bodies.contact, self.action)
+        planner.steer(minds, knowledge, bodies.touch, step, self.action)
         self.motion.carry_out(self.action, bodies, step)
 
         # Against the truth, which minds never see.

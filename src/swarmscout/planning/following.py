@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from swarmscout.core.cells import offset
-from swarmscout.core.enums import CHARGE, FORWARD, LEFT, NO_CONTACT, OCCUPIED, RIGHT, STOP
+from swarmscout.core.enums import CHARGE, NO_CONTACT, OCCUPIED, STOP, WALL_CONTACT
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
 from swarmscout.mapping.occupancy import CLOSED
@@ -34,6 +34,10 @@ DRIVING = np.dtype(
         ("rows", "i8"),
         ("columns", "i8"),
         ("long_still", "i8"),  # robots that have not moved for this many steps make routes dearer
+        ("radius_m", "f8"),  # the robots' body
+        ("forward_m", "f8"),
+        ("still_m", "f8"),  # a robot that stays within this distance stands
+        ("progress_cells", "i8"),  # so many cells less to the goal are progress
         ("most_off", "i8"),  # a robot whose heading is off by more turns, in ticks
         ("least_off", "i8"),  # or by more than this where its move would come near a wall
         ("ahead_m", "f8"),  # what has to be free of walls for a move
@@ -51,6 +55,14 @@ OFF_ROUTE_CELLS = 2.5
 OFF_ROUTE_M = 2.5
 # The waypoint is at most so many strides ahead.
 SIGHT_STRIDES = 8
+# For so long a robot remembers a wall or a robot that it bumped into, and follows its route from
+# cell to cell after a wall.
+WALL_STEPS = 40
+ROBOT_STEPS = 4
+CAREFUL_STEPS = 8
+# After so many steps without progress it plans anew, and gives up.
+REPLAN_STEPS = 12
+FAIL_STEPS = 24
 
 
 @inlined
@@ -182,8 +194,9 @@ def find_needs(own, ear, status, counts, routes, cells, grid, step):  # type: ig
             route.length = 0
             route.failed_until = 0
             continue
-        if route.goal != wanted:
+        if route.goal != wanted or route.again != 0:
             need = True
+            route.again = 0
         elif route.failed_until > 0:
             need = step >= route.failed_until
         elif route.at >= route.length:
@@ -251,34 +264,102 @@ def _is_docked(me, stations, dock_m):  # type: ignore[no-untyped-def]
     return False
 
 
-@kernel
-def steer(own, ear, status, contact, stations, routes, cells, headings, grid, action):  # type: ignore[no-untyped-def]
-    """Choose each robot's next action from its own route, pose and bumps.
+@inlined
+def _remember_bump(me, route, touch, headings, grid, step):  # type: ignore[no-untyped-def]
+    """Keep in mind where the last move was stopped: walls for long, robots for a moment."""
+    b = route.bumps % route.bump_until.shape[0]
+    route.bumps += 1
+    dx = headings[me.heading, 0]
+    dy = headings[me.heading, 1]
+    px = (grid.radius_m + grid.forward_m) * dx
+    py = (grid.radius_m + grid.forward_m) * dy
+    route.bump_until[b] = step + ROBOT_STEPS
+    if touch.kind == WALL_CONTACT:
+        px = touch.dx_m
+        py = touch.dy_m
+        route.bump_until[b] = step + WALL_STEPS
+    # The same move shall count as blocked, wherever on its side the wall was touched.
+    along = min(grid.forward_m, max(0.0, px * dx + py * dy))
+    gap2 = (px - along * dx) ** 2 + (py - along * dy) ** 2
+    route.bump_x_m[b] = me.x_m + px
+    route.bump_y_m[b] = me.y_m + py
+    route.bump_reach_m[b] = max(grid.radius_m, gap2**0.5) + 0.01
 
-    Deviation: where something blocks the way twice, the robot keeps right: it turns right once,
-    moves on there, longer each time, and then takes up its route. Two robots that meet head-on
-    part; one that fails again turns on, so in a crowd or a corner it tries every heading in turn.
+
+@inlined
+def _note_displacement(me, route, grid):  # type: ignore[no-untyped-def]
+    """Count for how long the robot has stayed about where it is; turning to and fro is staying."""
+    dx = me.x_m - route.anchor_x_m
+    dy = me.y_m - route.anchor_y_m
+    if dx * dx + dy * dy >= grid.still_m * grid.still_m:
+        route.anchor_x_m = me.x_m
+        route.anchor_y_m = me.y_m
+        me.still = 0
+    else:
+        me.still += 1
+
+
+@inlined
+def _note_progress(route, grid, step):  # type: ignore[no-untyped-def]
+    """Count for how long the robot has come no nearer to its goal along its route.
+
+    After a while it plans anew, round those who stand about; in the end the route has failed, so
+    the leader gives the goal up instead of driving at a wall for ever.
+    """
+    left = route.length - route.at
+    if route.tracked != route.goal:
+        route.tracked = route.goal
+        route.least = left
+        route.idle = 0
+    elif left <= route.least - grid.progress_cells:
+        route.least = left
+        route.idle = 0
+    else:
+        # A new route may be longer.
+        route.least = max(route.least, left)
+        route.idle += 1
+    route.again = route.idle > 0 and route.idle % REPLAN_STEPS == 0
+    if route.idle >= FAIL_STEPS:
+        route.failed_until = step + 10
+        route.length = 0
+        route.cost = -1
+        route.idle = 0
+        route.again = 0
+
+
+@kernel
+def steer(own, ear, status, touch, stations, routes, cells, headings, grid, step, action):  # type: ignore[no-untyped-def]
+    """Find each robot's waypoint on its own route, and note what stopped it.
 
     Args:
-        own: MIND[N]; ear: int64[N], see ``Knowledge``; status: uint8[R, C'], ``OccupancyGrids``.
-        contact: int64[N], what each robot felt at its last move.
+        own: MIND[N], `still` is written; ear: int64[N], see ``Knowledge``.
+        status: uint8[R, C'], ``OccupancyGrids``.
+        touch: TOUCH[N], what each robot felt at its last move.
         stations: float64[k, 2].
-        routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
-        headings: float64[3600, 2] of (cos, sin); grid: DRIVING[1].
-        action: int64[N], written: STOP, FORWARD, LEFT or RIGHT.
+        routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``; the wish is written.
+        headings: float64[3600, 2] of (cos, sin); grid: DRIVING[1]; step: the current step.
+        action: int64[N], written: STOP; see ``keep_clear`` for those who want to drive.
     """
     grid = grid[0]
-    cos_off = headings[grid.most_off, 0]
-    cos_least = headings[grid.least_off, 0]
     for i in range(own.shape[0]):
         me = own[i]
         route = routes[i]
         action[i] = STOP
-        if not me.thinks or route.wanted == NOWHERE:
+        route.wish_x_m = 0.0
+        route.wish_y_m = 0.0
+        if not me.thinks:
             continue
-        blocked = contact[i] != NO_CONTACT
-        # Where something was in the way, it goes from cell to cell.
-        sight = SIGHT_STRIDES * grid.stride if route.stuck == 0 and not blocked else 1
+        _note_displacement(me, route, grid)
+        blocked = touch[i].kind != NO_CONTACT
+        if blocked:
+            _remember_bump(me, route, touch[i], headings, grid, step)
+        if route.wanted == NOWHERE:
+            continue
+        # Where a wall was in the way, it goes from cell to cell.
+        sight = SIGHT_STRIDES * grid.stride
+        for b in range(route.bump_until.shape[0]):
+            if route.bump_until[b] > step + WALL_STEPS - CAREFUL_STEPS:
+                sight = 1
         dx, dy = _next_waypoint(me, route, cells[i], status[ear[i]], sight, grid)
         longest = min(route.length, cells.shape[1])
         if (
@@ -289,31 +370,15 @@ def steer(own, ear, status, contact, stations, routes, cells, headings, grid, ac
             # It stays: what blocked it is most likely another robot that charges.
             route.at = route.length
             continue
-        if blocked:
-            route.stuck += 1
-            route.clear = 0
-            route.ahead = 0
-            if route.stuck >= 2:
-                action[i] = RIGHT
-                route.ahead = min(5, route.stuck // 2)
-                continue
-        if route.ahead > 0:
-            route.ahead -= 1
-            action[i] = FORWARD
-            continue
         if route.at >= longest:
             continue
-        along = dx * headings[me.heading, 0] + dy * headings[me.heading, 1]
-        across = dy * headings[me.heading, 0] - dx * headings[me.heading, 1]
-        away = (dx * dx + dy * dy) ** 0.5
-        if along >= cos_off * away and (
-            along >= cos_least * away or _may_move(status[ear[i]], me, headings, grid)
-        ):
-            action[i] = FORWARD
-            route.clear += 1
-            if route.clear >= 4:
-                route.stuck = 0
-        elif across > 0.0:
-            action[i] = LEFT
-        else:
-            action[i] = RIGHT
+        _note_progress(route, grid, step)
+        if route.length > 0:
+            route.wish_x_m = dx
+            route.wish_y_m = dy
+            route.most_off = grid.most_off
+            along = dx * headings[me.heading, 0] + dy * headings[me.heading, 1]
+            if along < headings[grid.least_off, 0] * (dx * dx + dy * dy) ** 0.5 and not _may_move(
+                status[ear[i]], me, headings, grid
+            ):
+                route.most_off = grid.least_off

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["NOWHERE", "ROUTE", "STATION", "RouteTable", "blank_routes"]
+__all__ = ["BUMPS", "NOWHERE", "ROUTE", "STATION", "RouteTable", "blank_routes"]
+
+BUMPS = 6
+"""So many bumps a robot remembers."""
 
 ROUTE = np.dtype(
     [
@@ -19,9 +22,23 @@ ROUTE = np.dtype(
         ("need", "i8"),  # 1: a route has to be planned in this step
         ("wanted", "i8"),  # where the robot wants to go now
         ("failed_until", "i8"),  # there was no route: do not try again before this step
-        ("stuck", "i8"),  # forward moves that failed since the last few that did not
-        ("clear", "i8"),  # forward moves made since the last contact
-        ("ahead", "i8"),  # moves forward to be made after a turn aside
+        ("wish_x_m", "f8"),  # from the robot to its waypoint; both 0: it does not want to drive
+        ("wish_y_m", "f8"),
+        ("most_off", "i8"),  # a robot whose heading is off by more turns, in ticks
+        ("aim", "i8"),  # the heading of a detour, in ticks
+        ("ahead", "i8"),  # moves of the detour still to be made
+        ("made", "i8"),  # moves of it that were made
+        ("anchor_x_m", "f8"),  # where the robot was when it last got away from where it stood
+        ("anchor_y_m", "f8"),
+        ("tracked", "i8"),  # the goal for which progress is counted
+        ("least", "i8"),  # the fewest cells that were left to it
+        ("idle", "i8"),  # steps since they became fewer
+        ("again", "i8"),  # 1: plan anew, for there was no progress
+        ("bump_x_m", "f8", (BUMPS,)),  # what the robot lately bumped into
+        ("bump_y_m", "f8", (BUMPS,)),
+        ("bump_reach_m", "f8", (BUMPS,)),  # nearer to it there is no way
+        ("bump_until", "i8", (BUMPS,)),  # remembered until this step
+        ("bumps", "i8"),  # counts them
         ("cost", "i8"),  # of the whole route when planned, see RouteCosts; -1: there is none
     ],
     align=True,

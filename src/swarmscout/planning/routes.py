@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import Minds
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.following import DRIVING, find_needs, mark_standing, steer
+from swarmscout.planning.right_of_way import RIGHTS, keep_clear
 from swarmscout.planning.route_table import RouteTable, blank_routes
 from swarmscout.planning.search import plan_routes, route_cost_field
 from swarmscout.planning.search_memory import Search
@@ -22,6 +24,12 @@ __all__ = ["Planner", "Vehicle"]
 
 LONG_STILL_STEPS = 10
 """A robot that has not moved for this many steps makes routes through its place dearer."""
+
+PROGRESS_M = 0.5
+"""A robot has made progress once this much less of its route is left."""
+
+ASIDE_TICKS = 400
+"""Headings that robots compare to keep clear of others lie about so far apart."""
 
 SIDE_ROOM_M = 0.05
 """A straight way has to be wider than the robot by this on each side."""
@@ -91,14 +99,20 @@ class Planner:
         for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
             grid[name] = getattr(frame, name)
         grid["long_still"] = LONG_STILL_STEPS
-        grid["most_off"] = most_off
+        grid["radius_m"], grid["forward_m"] = vehicle.radius_m, vehicle.forward_m
+        grid["still_m"] = max(2.0 * vehicle.radius_m, 1.5 * vehicle.forward_m)
+        grid["progress_cells"] = max(1, round(PROGRESS_M / frame.cell_m))
         grid["waypoint_m"] = max(0.5 * frame.cell_m, 1.05 * vehicle.forward_m / (2.0 * cosine))
         grid["half_width_m"] = vehicle.radius_m + SIDE_ROOM_M
         grid["stride"] = max(1, round(STRIDE_M / frame.cell_m))
+        grid["most_off"] = most_off
         # A robot turns once more where that brings it nearer to its course.
         grid["least_off"] = turn_ticks // 2
         grid["ahead_m"] = vehicle.forward_m + vehicle.radius_m
         grid["dock_m"] = vehicle.dock_m
+        self._rights = _rights(frame, vehicle)
+        buckets = int(self._rights[0]["bucket_rows"] * self._rights[0]["bucket_columns"])
+        self._chain = np.full(buckets + robots, -1, dtype=np.int64)
 
     def plan(self, minds: Minds, knowledge: Knowledge, step: int, events: EventLog) -> None:
         """Give every robot that needs one a route over its own map."""
@@ -123,13 +137,26 @@ class Planner:
         self,
         minds: Minds,
         knowledge: Knowledge,
-        contact: NDArray[np.int64],
+        touch: NDArray[np.void],
+        step: int,
         action: NDArray[np.int64],
     ) -> None:
-        """Write each robot's next action."""
+        """Write each robot's next action.
+
+        Args:
+            minds: what robots believe. knowledge: what they have heard.
+            touch: TOUCH[N], what stopped each robot's last move.
+            step: the current step.
+            action: int64[N], written.
+        """
+        own, status, state = minds.own, knowledge.grids.status, self.table.state
         steer(
-            minds.own, knowledge.ear, knowledge.grids.status, contact, self.stations_m,
-            self.table.state, self.table.cells, self._headings, self._grid, action,
+            own, knowledge.ear, status, touch, self.stations_m, state, self.table.cells,
+            self._headings, self._grid, step, action,
+        )  # fmt: skip
+        keep_clear(
+            own, status, knowledge.heard, knowledge.listeners, knowledge.groups, state,
+            self._headings, self._rights, self._chain, step, action,
         )  # fmt: skip
 
     def costs_from(
@@ -168,6 +195,21 @@ class Planner:
             reached = np.where(found < 0, np.iinfo(np.int64).max, found)
             found[reached > np.partition(reached, at_most - 1)[at_most - 1]] = -1
         return np.where(found < 0, np.inf, self.costs.in_metres(found))
+
+
+def _rights(frame: GridFrame, vehicle: Vehicle) -> NDArray[np.void]:
+    """RIGHTS[1]: how robots with this body keep clear of each other."""
+    rights = np.zeros(1, dtype=RIGHTS)
+    rules = rights[0]
+    for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
+        rules[name] = getattr(frame, name)
+    rules["edge_m"] = edge_m = max(1.0, frame.cell_m * max(frame.rows, frame.columns) / 512)
+    rules["bucket_rows"] = math.ceil(frame.rows * frame.cell_m / edge_m)
+    rules["bucket_columns"] = math.ceil(frame.columns * frame.cell_m / edge_m)
+    rules["radius_m"], rules["forward_m"] = vehicle.radius_m, vehicle.forward_m
+    rules["turn_ticks"] = vehicle.turn_ticks
+    rules["aside"] = max(1, ASIDE_TICKS // vehicle.turn_ticks)
+    return rights
 
 
 def dock_cells(frame: GridFrame, stations_m: NDArray[np.float64]) -> NDArray[np.int64]:

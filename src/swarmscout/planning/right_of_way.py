@@ -1,0 +1,453 @@
+"""Right of way: how robots keep clear of each other, each from what it has heard.
+
+A robot knows from beacons where its neighbours are, where they look, and in which direction they
+mean to drive. It drives straight toward its waypoint if it expects to meet nobody there. Otherwise
+it compares, by the steps until the waypoint, three things: to drive on until something is in the
+way, to wait until the way is free, and to turn aside for a few moves and then go on. A detour is
+kept until it is done or blocked, so nobody turns to and fro; among equal ones robots keep right.
+
+Of two robots whose ways cross, both know which goes first, and it takes turns; only the other one
+gives way. Nobody drives into a place that it knows to be taken.
+
+Source: Fiorini and Shiller (1998), "Motion planning in dynamic environments using velocity
+obstacles" (headings that lead to a collision within a few steps are left out, others are compared
+by the time to the goal); priorities in place of van den Berg, Lin and Manocha (2008), "Reciprocal
+velocity obstacles", since robots that only stop, turn or drive cannot each take half of the effort.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarmscout.core.enums import FORWARD, LEFT, OCCUPIED, RIGHT, STOP
+from swarmscout.core.jit import inlined, kernel
+from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
+
+__all__ = ["RIGHTS", "keep_clear"]
+
+RIGHTS = np.dtype(
+    [
+        ("origin_x_m", "f8"),  # the grid's frame
+        ("origin_y_m", "f8"),
+        ("cell_m", "f8"),
+        ("rows", "i8"),
+        ("columns", "i8"),
+        ("edge_m", "f8"),  # of the buckets in which robots look for each other
+        ("bucket_rows", "i8"),
+        ("bucket_columns", "i8"),
+        ("radius_m", "f8"),  # the robots' body
+        ("forward_m", "f8"),
+        ("turn_ticks", "i8"),
+        ("aside", "i8"),  # turns between two headings that are compared
+    ],
+    align=True,
+)
+"""How robots keep clear of each other."""
+
+NEIGHBOUR = np.dtype(
+    [
+        ("x_m", "f8"),
+        ("y_m", "f8"),
+        ("dx_m", "f8"),  # one move in the direction in which it means to drive
+        ("dy_m", "f8"),
+        ("starts", "i8"),  # turns until it looks there; FAR: it stands
+        ("wants", "?"),  # it wants to drive
+        ("first", "?"),  # it goes first
+        ("now", "?"),  # it was heard in this step
+    ],
+    align=True,
+)
+"""What a robot expects of one that is near."""
+
+MOST_NEAR = 48
+MOVES = 5
+"""So many moves are looked ahead."""
+WAITS = 3
+"""So many steps a robot waits for others to pass."""
+TURN_STEPS = 20
+"""For so many steps the same robots go first."""
+BUSY_STEPS = 6
+"""Who has not got away for so long is not expected to drive on: two would wait for each other."""
+FAR = 1 << 20
+ALONE, JAMMED, TAKEN = 0, 1, 2
+PATIENCE_STEPS = 4
+"""Among others that want to drive on a robot waits for its turn, but not for ever."""
+WAIT_COST = 3.0
+MOST_DETOUR = 8.0
+"""In a crowd a robot rather stays than makes a longer detour, in steps."""
+# Where beacons say that bodies nearly touch, rounding must not decide.
+CLEAR_M = 0.01
+# What it costs, in steps, to stop before a robot or a wall.
+STOP_COST = 4.0
+
+
+@inlined
+def _way_distance2(x, y, dx, dy, px, py):  # type: ignore[no-untyped-def]
+    """Squared distance from a point p to the way from (x, y) to (x + dx, y + dy)."""
+    length2 = dx * dx + dy * dy
+    t = 0.0
+    if length2 > 0.0:
+        t = min(1.0, max(0.0, ((px - x) * dx + (py - y) * dy) / length2))
+    ex = x + t * dx - px
+    ey = y + t * dy - py
+    return ex * ex + ey * ey
+
+
+@inlined
+def _turns(heading, wanted, turn, ticks):  # type: ignore[no-untyped-def]
+    """How many turns, to the left if positive, bring a heading nearest to another one."""
+    off = (wanted - heading + ticks // 2) % ticks - ticks // 2
+    turns = (abs(off) + turn // 2) // turn
+    return turns if off > 0 else -turns
+
+
+@inlined
+def _bucket(x, y, rules):  # type: ignore[no-untyped-def]
+    """The bucket that a believed position falls into; those off the map fall into the rim."""
+    row = int(math.floor((y - rules.origin_y_m) / rules.edge_m))
+    col = int(math.floor((x - rules.origin_x_m) / rules.edge_m))
+    row = min(rules.bucket_rows - 1, max(0, row))
+    return row * rules.bucket_columns + min(rules.bucket_columns - 1, max(0, col))
+
+
+@inlined
+def _fill(heard, chain, rules):  # type: ignore[no-untyped-def]
+    """Put the robots that a row has heard of into buckets."""
+    buckets = rules.bucket_rows * rules.bucket_columns
+    for j in range(heard.shape[0] - 1, -1, -1):
+        if heard[j].step >= 0:
+            b = _bucket(heard[j].x_m, heard[j].y_m, rules)
+            chain[buckets + j] = chain[b]
+            chain[b] = j
+
+
+@inlined
+def _empty(heard, chain, rules):  # type: ignore[no-untyped-def]
+    """Empty the buckets again."""
+    for j in range(heard.shape[0]):
+        if heard[j].step >= 0:
+            chain[_bucket(heard[j].x_m, heard[j].y_m, rules)] = -1
+
+
+@inlined
+def _expect(near, beacon, i, j, robots, step, headings, rules):  # type: ignore[no-untyped-def]
+    """Write down what is expected of robot j."""
+    near.x_m = beacon.x_m
+    near.y_m = beacon.y_m
+    near.now = beacon.step == step
+    near.wants = near.now and beacon.aim >= 0
+    near.dx_m = 0.0
+    near.dy_m = 0.0
+    near.starts = FAR
+    if near.wants and beacon.still < BUSY_STEPS:
+        near.dx_m = rules.forward_m * headings[beacon.aim, 0]
+        near.dy_m = rules.forward_m * headings[beacon.aim, 1]
+        ticks = headings.shape[0]
+        near.starts = abs(_turns(beacon.heading, beacon.aim, rules.turn_ticks, ticks))
+    shift = step // TURN_STEPS
+    near.first = (j + shift) % robots < (i + shift) % robots
+
+
+@inlined
+def _look_round(me, heard, chain, near, i, step, headings, rules):  # type: ignore[no-untyped-def]
+    """List the neighbours that a robot can meet within the moves looked ahead; returns how many.
+
+    In a dense crowd it looks less far.
+    """
+    robots = heard.shape[0]
+    buckets = rules.bucket_rows * rules.bucket_columns
+    reach = 2.0 * MOVES * rules.forward_m + 2.0 * rules.radius_m
+    while True:
+        n = 0
+        first = _bucket(me.x_m - reach, me.y_m - reach, rules)
+        last = _bucket(me.x_m + reach, me.y_m + reach, rules)
+        columns = rules.bucket_columns
+        for row in range(first // columns, last // columns + 1):
+            for col in range(first % columns, last % columns + 1):
+                j = chain[row * columns + col]
+                while j >= 0:
+                    dx = heard[j].x_m - me.x_m
+                    dy = heard[j].y_m - me.y_m
+                    if j != i and dx * dx + dy * dy <= reach * reach:
+                        if n < near.shape[0]:
+                            _expect(near[n], heard[j], i, j, robots, step, headings, rules)
+                        n += 1
+                    j = chain[buckets + j]
+        if n <= near.shape[0]:
+            return n
+        reach *= 0.7
+
+
+@inlined
+def _meets(near, x, y, dx, dy, t, rules):  # type: ignore[no-untyped-def]
+    """Whom a move from (x, y) by (dx, dy), t steps from now, comes too near to.
+
+    Returns:
+        ALONE, JAMMED (a robot that wants to drive on too) or TAKEN (one that stays).
+    """
+    apart = 2.0 * rules.radius_m + CLEAR_M
+    for n in range(near.shape[0]):
+        other = near[n]
+        if t == 0 or other.starts == FAR:
+            # Where it is now; who is too near already may drive away.
+            gap2 = _way_distance2(x, y, dx, dy, other.x_m, other.y_m)
+            ex = x + dx - other.x_m
+            ey = y + dy - other.y_m
+            away = ex * dx + ey * dy > 0.0 and gap2 >= (x - other.x_m) ** 2 + (y - other.y_m) ** 2
+            if gap2 < apart * apart and not away:
+                return JAMMED if other.wants else TAKEN
+        if other.first and other.starts != FAR:
+            made = max(0, t - other.starts)
+            vx = other.dx_m if t >= other.starts else 0.0
+            vy = other.dy_m if t >= other.starts else 0.0
+            ox = other.x_m + made * other.dx_m
+            oy = other.y_m + made * other.dy_m
+            # Seen from it, this robot moves by the relative motion.
+            if _way_distance2(x, y, dx - vx, dy - vy, ox, oy) < apart * apart:
+                return JAMMED
+    return ALONE
+
+
+@inlined
+def _is_closed(status, route, x, y, dx, dy, step, rules):  # type: ignore[no-untyped-def]
+    """Whether a move leads into an occupied cell, or against what the robot has bumped into."""
+    for b in range(route.bump_until.shape[0]):
+        if route.bump_until[b] >= step:
+            px = route.bump_x_m[b]
+            py = route.bump_y_m[b]
+            if (
+                _way_distance2(x, y, dx, dy, px, py) < route.bump_reach_m[b] ** 2
+                and (px - x) * dx + (py - y) * dy > 0.0
+            ):
+                return True
+    row = int(math.floor((y + dy - rules.origin_y_m) / rules.cell_m))
+    col = int(math.floor((x + dx - rules.origin_x_m) / rules.cell_m))
+    if row < 0 or row >= rules.rows or col < 0 or col >= rules.columns:
+        return True
+    cell = row * rules.columns + col
+    if status[route.here] & TIGHT:
+        # It gets out of cells without room, through any that is not occupied.
+        return status[cell] & LABEL_BITS == OCCUPIED and cell != route.here
+    return status[cell] & TIGHT != 0
+
+
+@inlined
+def _free_moves(status, route, near, x, y, dx, dy, start, most, step, rules):  # type: ignore[no-untyped-def]
+    """How many moves by (dx, dy) are free, of at most `most`, the first one at time `start`."""
+    for m in range(most):
+        if _meets(near, x, y, dx, dy, start + m, rules) != ALONE or _is_closed(
+            status, route, x, y, dx, dy, step, rules
+        ):
+            return m
+        x += dx
+        y += dy
+    return most
+
+
+@inlined
+def _second_leg(status, route, near, x, y, gx, gy, start, step, rules):  # type: ignore[no-untyped-def]
+    """Steps from (x, y) to a goal (gx, gy) that lies straight ahead, more if the way is taken."""
+    dx = gx - x
+    dy = gy - y
+    away = (dx * dx + dy * dy) ** 0.5
+    moves = away / rules.forward_m
+    if moves < 0.5:
+        return moves
+    scale = rules.forward_m / away
+    most = min(3, int(math.ceil(moves)))
+    free = _free_moves(status, route, near, x, y, dx * scale, dy * scale, start, most, step, rules)
+    return moves + (STOP_COST - free if free < most else 0.0)
+
+
+@inlined
+def _best_detour(me, status, route, near, wanted, step, headings, rules):  # type: ignore[no-untyped-def]
+    """The heading, and moves along it, that make the least time to the waypoint.
+
+    Returns:
+        The steps it takes, infinite if there is no way; the heading in ticks; the moves.
+    """
+    ticks = headings.shape[0]
+    best = math.inf
+    best_heading = 0
+    best_moves = 0
+    gx = me.x_m + route.wish_x_m
+    gy = me.y_m + route.wish_y_m
+    straight = _turns(me.heading, wanted, rules.turn_ticks, ticks)
+    half = ticks // (2 * rules.turn_ticks * rules.aside)
+    for k in range(2 * half + 1):
+        # Right before left: among equals robots keep right.
+        side = -(k + 1) // 2 if k % 2 == 1 else k // 2
+        turns = straight + side * rules.aside
+        heading = (me.heading + turns * rules.turn_ticks) % ticks
+        turns = abs(_turns(me.heading, heading, rules.turn_ticks, ticks))
+        dx = rules.forward_m * headings[heading, 0]
+        dy = rules.forward_m * headings[heading, 1]
+        free = _free_moves(status, route, near, me.x_m, me.y_m, dx, dy, turns, MOVES, step, rules)
+        for m in range(1, free + 1):
+            spent = turns + m + abs(side) * rules.aside
+            time = spent + _second_leg(
+                status, route, near, me.x_m + m * dx, me.y_m + m * dy, gx, gy, spent, step, rules
+            )
+            if time < best:
+                best, best_heading, best_moves = time, heading, m
+    return best, best_heading, best_moves
+
+
+@inlined
+def _way_back(me, status, route, near, step, headings, rules):  # type: ignore[no-untyped-def]
+    """The heading, and moves along it, that lead out of a crowd; 0 moves: it is shut in.
+
+    Who stands at the rim makes room this way for those in the middle, who cannot.
+    """
+    ticks = headings.shape[0]
+    out_x = 0.0
+    out_y = 0.0
+    for n in range(near.shape[0]):
+        dx = me.x_m - near[n].x_m
+        dy = me.y_m - near[n].y_m
+        away2 = max(dx * dx + dy * dy, rules.radius_m * rules.radius_m)
+        out_x += dx / away2
+        out_y += dy / away2
+    length = max((out_x * out_x + out_y * out_y) ** 0.5, 1e-9)
+    best = -math.inf
+    best_heading = 0
+    best_moves = 0
+    for k in range(
+        -(ticks // (2 * rules.turn_ticks * rules.aside)),
+        1 + ticks // (2 * rules.turn_ticks * rules.aside),
+    ):
+        turns = k * rules.aside
+        heading = (me.heading + turns * rules.turn_ticks) % ticks
+        dx = rules.forward_m * headings[heading, 0]
+        dy = rules.forward_m * headings[heading, 1]
+        free = _free_moves(
+            status, route, near, me.x_m, me.y_m, dx, dy, abs(turns), MOVES, step, rules
+        )
+        outward = (out_x * headings[heading, 0] + out_y * headings[heading, 1]) / length
+        good = free + 2.0 * outward - 0.3 * abs(turns)
+        if free >= 1 and good > best:
+            best, best_heading, best_moves = good, heading, free
+    return best_heading, best_moves
+
+
+@inlined
+def _turn_or_drive(turns):  # type: ignore[no-untyped-def]
+    """The action that brings a robot onto a heading so many turns to its left, or along it."""
+    if turns == 0:
+        return FORWARD
+    return LEFT if turns > 0 else RIGHT
+
+
+@inlined
+def _set_out(me, route, heading, moves, turn, ticks):  # type: ignore[no-untyped-def]
+    """Begin a detour of so many moves; returns the action."""
+    me.aim = heading
+    route.aim = heading
+    turns = _turns(me.heading, heading, turn, ticks)
+    route.made = 1 if turns == 0 else 0
+    route.ahead = moves - route.made
+    return _turn_or_drive(turns)
+
+
+@inlined
+def _drive(me, status, route, near, i, step, headings, rules):  # type: ignore[no-untyped-def]
+    """One robot's action; `aim` and its detour are written."""
+    ticks = headings.shape[0]
+    turn = rules.turn_ticks
+    wx = route.wish_x_m
+    wy = route.wish_y_m
+    away = (wx * wx + wy * wy) ** 0.5
+    wanted = int(round(math.atan2(wy, wx) * ticks / (2.0 * math.pi))) % ticks
+    turns = _turns(me.heading, wanted, turn, ticks)
+    along = wx * headings[me.heading, 0] + wy * headings[me.heading, 1]
+    if along >= headings[route.most_off, 0] * away:
+        turns = 0
+    heading = (me.heading + turns * turn) % ticks
+    dx = rules.forward_m * headings[heading, 0]
+    dy = rules.forward_m * headings[heading, 1]
+    most = min(MOVES, max(1, int(math.ceil(away / rules.forward_m))))
+    x = me.x_m
+    y = me.y_m
+    free = _free_moves(status, route, near, x, y, dx, dy, abs(turns), most, step, rules)
+    if route.ahead > 0 and (free < most or route.made == 0):
+        kept = _turns(me.heading, route.aim, turn, ticks)
+        ax = rules.forward_m * headings[route.aim, 0]
+        ay = rules.forward_m * headings[route.aim, 1]
+        # While it turns, others come and go: it looks again before it drives.
+        if kept != 0 or _free_moves(status, route, near, x, y, ax, ay, 0, 1, step, rules) > 0:
+            me.aim = route.aim
+            if kept == 0:
+                route.ahead -= 1
+                route.made += 1
+            return _turn_or_drive(kept)
+    route.ahead = 0
+    me.aim = heading
+    if free == most:
+        return _turn_or_drive(turns)
+    lost = max(me.still, route.idle // 2)
+    if free == 0 and lost >= PATIENCE_STEPS + (i + step) % PATIENCE_STEPS:
+        back, moves = _way_back(me, status, route, near, step, headings, rules)
+        if moves > 0:
+            return _set_out(me, route, back, moves, turn, ticks)
+    # To drive on as far as it is free, to wait, or to turn aside?
+    time = abs(turns) + away / rules.forward_m + MOST_DETOUR
+    stay = True
+    if free > 0:
+        stay = False
+        time = abs(turns) + away / rules.forward_m + STOP_COST + (most - free)
+    wait = 0
+    for w in range(1, WAITS + 1):
+        start = max(abs(turns), w)
+        if start + away / rules.forward_m >= time:
+            break
+        if _free_moves(status, route, near, x, y, dx, dy, start, most, step, rules) == most:
+            time = start + away / rules.forward_m + 0.5
+            wait = w
+            stay = False
+            break
+    if free == 0 and wait == 0 and me.still < PATIENCE_STEPS:
+        if _meets(near, x, y, dx, dy, abs(turns), rules) == JAMMED:
+            time = abs(turns) + away / rules.forward_m + WAIT_COST
+            wait = 1
+            stay = False
+    aside, other, moves = _best_detour(me, status, route, near, wanted, step, headings, rules)
+    if aside < time:
+        return _set_out(me, route, other, moves, turn, ticks)
+    if stay or (turns == 0 and wait > 0):
+        return _turn_or_drive(turns) if turns != 0 else STOP
+    return _turn_or_drive(turns)
+
+
+@kernel
+def keep_clear(own, status, heard, listeners, groups, routes, headings, rules, chain, step, action):  # type: ignore[no-untyped-def]
+    """Choose each robot's action toward its waypoint so that it keeps clear of others.
+
+    Args:
+        own: MIND[N], `aim` is written: the heading in which a robot means to drive, -1: it stands.
+        status: uint8[R, C']: ``OccupancyGrids``.
+        heard: BEACON[R, N]; listeners: int64[N]; groups: int64[A, 3]: see ``Knowledge``.
+        routes: ROUTE[N]: the wish says where the waypoint is; detours are written.
+        headings: float64[3600, 2] of (cos, sin); rules: RIGHTS[1].
+        chain: int64[buckets + N], scratch: the first robot in each bucket, all -1 between calls,
+            and the next one of each robot.
+        step: the current step.
+        action: int64[N], written where a robot wants to drive.
+    """
+    rules = rules[0]
+    near = np.zeros(MOST_NEAR, dtype=NEIGHBOUR)
+    for a in range(groups.shape[0]):
+        row = groups[a, 0]
+        _fill(heard[row], chain, rules)
+        for k in range(groups[a, 1], groups[a, 2]):
+            i = listeners[k]
+            me = own[i]
+            route = routes[i]
+            me.aim = -1
+            if route.wish_x_m == 0.0 and route.wish_y_m == 0.0:
+                route.ahead = 0
+                continue
+            n = _look_round(me, heard[row], chain, near, i, step, headings, rules)
+            action[i] = _drive(me, status[row], route, near[:n], i, step, headings, rules)
+        _empty(heard[row], chain, rules)
