@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from swarmscout.core.enums import FREE, OCCUPIED
+
 __all__ = ["entry_of", "room_of"]
 
 Mask = NDArray[np.bool_]
@@ -22,12 +24,13 @@ def room_of(occupied: Mask, cell_m: float, radius_m: float, depth_m: float) -> t
 
 
 def entry_of(
-    tight: Mask, beside: Mask, occupied: Mask, cell: tuple[int, int], reach: float
+    tight: Mask, beside: Mask, labels: NDArray[np.uint8], cell: tuple[int, int], reach: float
 ) -> tuple[int, int] | None:
     """Where a body drives that is to get to a cell, within `reach` cells of it; None: nowhere."""
+    occupied, not_free = labels == OCCUPIED, labels != FREE
     if occupied[cell]:
         return None
-    for bad in (beside, tight):
+    for bad in (beside | not_free, tight | not_free, tight):
         found, seen, todo = [], {cell}, [cell]
         while todo:
             row, col = todo.pop()

@@ -7,6 +7,7 @@ import math
 import networkx as nx
 import numpy as np
 import pytest
+from footprint_oracle import entry_of, room_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from swarmscout.destinations.view import LeaderView
 from swarmscout.testing import leader_view, situations
 
 Cell = tuple[int, int]
+
+
+CELL_M, RADIUS_M, DEPTH_M = 0.5, 0.15, 0.05
 
 
 def some_labels(rng: np.random.Generator, walls: float, unknown: float) -> NDArray[np.uint8]:
@@ -38,7 +42,8 @@ def some_view(seed: int, walls: float = 0.2, unknown: float = 0.2) -> LeaderView
 
 
 def walks(labels: NDArray[np.uint8], starts: set[Cell]) -> dict[Cell, float]:
-    """Shortest ways in mm, by NetworkX: moves end in free cells and cut no occupied corner."""
+    """Shortest ways in mm, by NetworkX: over free cells with room, and no corner is cut."""
+    tight, _ = room_of(labels == OCCUPIED, CELL_M, RADIUS_M, DEPTH_M)
     graph = nx.DiGraph()
     graph.add_nodes_from(starts)
     rows, columns = labels.shape
@@ -52,7 +57,7 @@ def walks(labels: NDArray[np.uint8], starts: set[Cell]) -> dict[Cell, float]:
                     if not (0 <= r < rows and 0 <= c < columns) or labels[r, c] != FREE:
                         continue
                     both = d_row != 0 and d_col != 0
-                    if both and OCCUPIED in (labels[row, c], labels[r, col]):
+                    if tight[r, c] or (both and (tight[row, c] or tight[r, col])):
                         continue
                     if d_row or d_col:
                         graph.add_edge((row, col), (r, c), weight=707 if both else 500)
@@ -65,6 +70,9 @@ def walks(labels: NDArray[np.uint8], starts: set[Cell]) -> dict[Cell, float]:
 def test_walks_are_networkx_shortest(seed: int, walls: float, unknown: float) -> None:
     view = some_view(seed, walls, unknown)
     cells = [tuple(cell) for cell in view.frontiers.tolist()]
+    room = room_of(view.labels == OCCUPIED, CELL_M, RADIUS_M, DEPTH_M)
+    reach = 3.0 * RADIUS_M / CELL_M + 2.0
+    cells = [entry_of(*room, view.labels, cell, reach) for cell in cells]
     own = walks(view.labels, {view.frame.cell_of(*view.position_m)})
     assert view.path_length_m.tolist() == [own.get(cell, math.inf) / 1000.0 for cell in cells]
     places = {view.frame.cell_of(x, y) for x, y in view.others.positions_m.tolist()}

@@ -70,7 +70,7 @@ def check_against_networkx(view: LeaderView) -> None:
     cells = [tuple(cell) for cell in view.frontiers.tolist()]
     room = room_of(view.labels == OCCUPIED, view.frame.cell_m, RADIUS_M, DEPTH_M)
     reach = 3.0 * RADIUS_M / view.frame.cell_m + 2.0
-    entries = [entry_of(*room, view.labels == OCCUPIED, cell, reach) for cell in cells]
+    entries = [entry_of(*room, view.labels, cell, reach) for cell in cells]
     # Wherever the leader is, it is there already.
     expected = [
         0.0 if cell == start else lengths.get(entry, math.inf) / 2e6

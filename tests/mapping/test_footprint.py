@@ -75,12 +75,12 @@ def test_a_goal_stands_for_the_nearest_place_with_room(
     footprint = Footprint.of_disc(radius_m, cell_m, DEPTH_M)
     grids = OccupancyGrids(GridFrame(0.0, 0.0, cell_m, *shape), 1, MODEL, 8, footprint)
     changed(grids, np.random.default_rng(seed), 1, 0.1)
-    occupied = grids.view(0).labels == OCCUPIED
-    room = room_of(occupied, cell_m, radius_m, DEPTH_M)
+    labels = grids.view(0).labels
+    room = room_of(labels == OCCUPIED, cell_m, radius_m, DEPTH_M)
     every = np.arange(grids.frame.size)
     entries = grids.entries(0, every)
     for flat, entry in zip(every.tolist(), entries.tolist(), strict=True):
-        wanted = entry_of(*room, occupied, grids.frame.unflat(flat), footprint.entry_cells)
+        wanted = entry_of(*room, labels, grids.frame.unflat(flat), footprint.entry_cells)
         assert (grids.frame.unflat(entry) if entry >= 0 else None) == wanted
     exits = grids.exits(0, every)
     free = ~room[0].ravel()

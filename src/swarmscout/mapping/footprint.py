@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.enums import OCCUPIED
+from swarmscout.core.enums import FREE, OCCUPIED
 from swarmscout.core.jit import inlined, kernel
 
 __all__ = [
@@ -136,14 +136,17 @@ def weigh(status, crowd, row, col, rows, columns, weights, sign):  # type: ignor
 
 
 @inlined
-def _nearest_without(bit, status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
-    """The nearest cell without a bit, by a flood over cells that have it and are not occupied.
+def _nearest(mask, wanted, status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
+    """The nearest cell of some kind, by a flood over others that are not occupied.
+
+    Args:
+        mask, wanted: of that kind are cells with these bits of their status.
 
     Returns:
-        Flat cell, `cell` itself if it has not the bit; of equally near ones the first; -1: none
+        Flat cell, `cell` itself if it is of that kind; of equally near ones the first; -1: none
         within `reach`, in cells.
     """
-    if not status[cell] & bit:
+    if status[cell] & mask == wanted:
         return cell
     far = int(reach) + 1  # One more than needed: rounding must not lead out of the window.
     edge = 2 * far + 1
@@ -156,7 +159,8 @@ def _nearest_without(bit, status, cell, rows, columns, reach):  # type: ignore[n
     queue[0] = cell
     seen[row - top, col - left] = True
     best = -1
-    best2 = reach * reach + 1e-9
+    most2 = reach * reach + 1e-9
+    best2 = most2
     head = 0
     tail = 1
     while head < tail:
@@ -169,16 +173,16 @@ def _nearest_without(bit, status, cell, rows, columns, reach):  # type: ignore[n
             if not (0 <= near_row < rows and 0 <= near_col < columns):
                 continue
             off2 = (near_row - row) ** 2 + (near_col - col) ** 2
-            if off2 > best2 or seen[near_row - top, near_col - left]:
+            if off2 > most2 or seen[near_row - top, near_col - left]:
                 continue
             seen[near_row - top, near_col - left] = True
             near = near_row * columns + near_col
             if status[near] & LABEL_BITS == OCCUPIED:
                 continue
-            if status[near] & bit:
+            if status[near] & mask != wanted:
                 queue[tail] = near
                 tail += 1
-            elif off2 < best2 or near < best:
+            elif off2 < best2 or (off2 == best2 and near < best):
                 best = near
                 best2 = float(off2)
     return best
@@ -186,7 +190,10 @@ def _nearest_without(bit, status, cell, rows, columns, reach):  # type: ignore[n
 
 @inlined
 def enter(status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
-    """Where a body drives that is to get to a cell: the nearest place clear of walls, if any.
+    """Where a body drives that is to get to a cell.
+
+    To the nearest cell that is known to be free and clear of walls; if there is none, to one that
+    is free and has room, and else to an unknown one.
 
     Args:
         status: uint8[C'], of one map.
@@ -198,9 +205,11 @@ def enter(status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
     """
     if status[cell] & LABEL_BITS == OCCUPIED:
         return -1
-    found = _nearest_without(BESIDE, status, cell, rows, columns, reach)
+    found = _nearest(LABEL_BITS | BESIDE, FREE, status, cell, rows, columns, reach)
     if found < 0:
-        found = _nearest_without(TIGHT, status, cell, rows, columns, reach)
+        found = _nearest(LABEL_BITS | TIGHT, FREE, status, cell, rows, columns, reach)
+    if found < 0:
+        found = _nearest(TIGHT, 0, status, cell, rows, columns, reach)
     return found
 
 
@@ -218,7 +227,7 @@ def get_out(status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
         inside = 0 <= near_row < rows and 0 <= near_col < columns
         if inside and not status[near_row * columns + near_col] & TIGHT:
             return cell
-    found = _nearest_without(TIGHT, status, cell, rows, columns, reach)
+    found = _nearest(TIGHT, 0, status, cell, rows, columns, reach)
     return cell if found < 0 else found
 
 

@@ -18,7 +18,13 @@ _MOST_OBSERVATIONS = 100
 class MapParameters(Parameters):
     """The occupancy grid (paper, "Robot model"; log-odds after Thrun et al. 2005, ch. 9)."""
 
-    cell_m: float = Field(0.5, ge=0.05, le=10.0, description="edge of a cell")
+    cell_m: float = Field(
+        0.5,
+        ge=0.05,
+        le=10.0,
+        description="edge of a cell; passages are driven through if they are a cell wider than a "
+        "robot and cells no larger than it",
+    )
     p_free: Probability = Field(
         0.40, description="inverse sensor model: probability of a cell that a ray passed"
     )

@@ -326,16 +326,11 @@ def make_log(
 
 def make_grids(scenario: Scenario, frame: GridFrame) -> OccupancyGrids:
     """One blank occupancy grid."""
-    footprint = Footprint.of_disc(
-        scenario.body.radius_m,
-        frame.cell_m,
-        scenario.map.hit_depth_m,
-        # The paper's literal rule knows occupancy and nothing else.
-        keeps_clear=scenario.routes.cost == "length",
-    )
-    return OccupancyGrids(
-        frame, 1, make_model(scenario), scenario.map.frontier_neighbours, footprint
-    )
+    body, model = scenario.body, make_model(scenario)
+    # The paper's literal rule knows occupancy and nothing else.
+    clear = scenario.routes.cost == "length"
+    footprint = Footprint.of_disc(body.radius_m, frame.cell_m, model.hit_depth_m, keeps_clear=clear)
+    return OccupancyGrids(frame, 1, model, scenario.map.frontier_neighbours, footprint)
 
 
 def make_judge(ground: World, scenario: Scenario, frame: GridFrame, bodies: Bodies) -> Judge:
