@@ -31,6 +31,8 @@ BEACON = np.dtype(
         ("desired", "i8"),
         ("partner", "i8"),
         ("destination", "i8"),
+        ("station", "i8"),
+        ("place", "i8"),
     ],
     align=True,
 )
@@ -90,6 +92,8 @@ def send_beacons(own, step, beacons):  # type: ignore[no-untyped-def]
         beacon.desired = me.desired
         beacon.partner = me.partner
         beacon.destination = me.destination
+        beacon.station = me.station
+        beacon.place = me.place
     return sound
 
 

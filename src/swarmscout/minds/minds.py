@@ -31,6 +31,9 @@ MIND = np.dtype(
         ("target", "i8"),  # the cell that the robot itself drives to, or -1
         ("cause", "i8"),  # why its team needs a destination, a code of CAUSES
         ("due_at", "i8"),  # the step after which the destination is overdue
+        ("station", "i8"),  # in CHARGE mode, the station that it has chosen, or -1
+        ("place", "i8"),  # its place there: a flat cell, NO_PLACE or WAITS
+        ("way_m", "f8"),  # no more than this far from a station, along a way that it knows
         ("thinks", "?"),  # False: it decides nothing
         ("sends", "?"),  # False: no other robot hears it
         ("hears", "?"),  # False: it hears no other robot
@@ -111,6 +114,8 @@ def blank_minds(robots: int) -> Minds:
     own["mode"] = EXPLORE
     own["size"] = own["desired"] = 1
     own["partner"] = own["destination"] = own["target"] = -1
+    own["station"] = own["place"] = -1
+    own["way_m"] = np.inf
     own["thinks"] = own["sends"] = own["hears"] = True
     return Minds(
         own=own,

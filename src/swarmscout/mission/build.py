@@ -30,6 +30,7 @@ from swarmscout.mission.metrics import Judge, map_truth
 from swarmscout.mission.plug_ins import POLICY, RADIO, SELECTOR, SENSOR, TASK
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.costs import RouteCosts
+from swarmscout.planning.docking import ChargingRules
 from swarmscout.planning.routes import Planner, Vehicle
 from swarmscout.robots.battery import CHARGER
 from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
 __all__ = [
     "make_asker",
     "make_bodies",
+    "make_charging",
     "make_charger",
     "make_desired_sizes",
     "make_destinations",
@@ -70,8 +72,16 @@ __all__ = [
     "make_rule",
     "make_sensing",
     "make_task",
-    "return_reserve",
 ]
+
+UNPROVEN = 3000
+"""On the way home a metre of ground that is not known to be free costs as much as three more."""
+
+STEPS_PER_METRE = 1.8
+"""Moves that a metre of planned way takes, in units of a straight drive: turns and detours."""
+
+RESERVE_STEPS = 40.0
+"""Steps to spare, for the way through a crowd at the station."""
 
 
 def make_frame(world: World, scenario: Scenario) -> GridFrame:
@@ -195,6 +205,7 @@ def make_planner(
     scenario: Scenario,
     frame: GridFrame,
     stations_m: NDArray[np.float64],
+    charging: ChargingRules,
 ) -> Planner:
     """Plans and follows routes."""
     cell_mm = 1000.0 * frame.cell_m
@@ -203,13 +214,15 @@ def make_planner(
         diagonal=round(cell_mm * math.sqrt(2.0)),
         base=1000 if scenario.routes.cost == "length" else 0,
         least=int(make_model(scenario).permille()[0]),
+        unproven=UNPROVEN if charging.share_per_m > 0.0 else 0,
+        proven=round(1000.0 * scenario.map.free_below),
     )
     dock_m = max(0.5 * scenario.battery.station_range_m, scenario.battery.station_range_m - 0.1)
     body = scenario.body
     vehicle = Vehicle(
         body.radius_m, body.forward_m, to_ticks(body.turn_deg), dock_m, heading_table()
     )
-    return Planner(frame, scenario.robots, costs, stations_m, vehicle)
+    return Planner(frame, scenario.robots, costs, stations_m, vehicle, charging)
 
 
 def make_destinations(
@@ -375,14 +388,22 @@ def _fitting(selector: Selector, scenario: Scenario) -> Selector:
     return shorter
 
 
-def return_reserve(scenario: Scenario) -> tuple[float, float]:
-    """Charge, as shares, that the way back takes per metre of straight distance, and a reserve.
+def make_charging(scenario: Scenario) -> ChargingRules:
+    """What robots know of their batteries and of stations.
 
-    Both 0 under the rule "threshold". Ways are longer than straight lines and turning takes steps
-    too: three times the straight time, and 30 steps.
+    Under the rule "threshold" the way home does not matter.
     """
     battery = scenario.battery
-    if battery.return_rule == "threshold":
-        return 0.0, 0.0
-    per_m = 3.0 / scenario.body.forward_m
-    return per_m / battery.capacity_steps, 30.0 / battery.capacity_steps
+    steps_per_m = STEPS_PER_METRE / scenario.body.forward_m
+    charging = ChargingRules(
+        range_m=battery.station_range_m,
+        occupied_m=0.75 * battery.capacity_steps / battery.charge_per_step / steps_per_m,
+    )
+    if battery.return_rule == "threshold" or not battery.enabled:
+        return charging
+    reserve = min(RESERVE_STEPS, 0.2 * battery.capacity_steps)
+    return replace(
+        charging,
+        share_per_m=steps_per_m / battery.capacity_steps,
+        share_reserve=reserve / battery.capacity_steps,
+    )

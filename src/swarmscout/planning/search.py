@@ -33,8 +33,8 @@ from swarmscout.planning.search_memory import BUCKETS
 __all__ = ["plan_routes", "route_cost_field"]
 
 # Flags of a node in the running search; the search's number stands above them.
-REACHED, SETTLED, START, OPEN = 1, 2, 4, 8
-FLAG_BITS = 4
+REACHED, SETTLED, START, OPEN, SEED = 1, 2, 4, 8, 16
+FLAG_BITS = 5
 
 DIAGONAL_FIRST = 4
 # Orthogonal neighbours first, then diagonal ones: the fixed order among equally good routes.
@@ -45,10 +45,12 @@ BETWEEN = np.array([0, 0, 0, 0, 0b0011, 0b0110, 0b1100, 0b1001], dtype=np.int64)
 
 
 @inlined
-def _toll(price, cell, base):  # type: ignore[no-untyped-def]
+def _toll(price, cell, search):  # type: ignore[no-untyped-def]
     """What a cell costs per metre; negative where it is occupied: as dear as can be."""
     p = price[cell]
-    return base + p if p >= 0 else -(base + 1000)
+    if p < 0:
+        return -(search.base + 1000)
+    return search.base + p + (search.unproven if p >= search.proven else 0)
 
 
 @inlined
@@ -58,7 +60,7 @@ def _fill_tolls(price, bounds, toll, search):  # type: ignore[no-untyped-def]
     for row in range(min(search.filled_low, bounds[0]), max(search.filled_high, bounds[1]) + 1):
         start = (row + 1) * (columns + 2) + 1
         for col in range(columns):
-            toll[start + col] = _toll(price, row * columns + col, search.base)
+            toll[start + col] = _toll(price, row * columns + col, search)
     search.filled_low = bounds[0]
     search.filled_high = bounds[1]
 
@@ -114,31 +116,36 @@ def _flags(node, now):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _seed(nodes, buckets, seeds, box, width, search):  # type: ignore[no-untyped-def]
-    """Queue the seeds at cost 0; returns the first bucket and the number of open cells."""
+def _seed(nodes, buckets, seeds, costs, box, width, search):  # type: ignore[no-untyped-def]
+    """Queue the seeds at their costs; returns the first bucket and the number of open cells."""
     least = search.base + search.least
     current = 1 << 40
-    for seed in seeds:
-        out = _way_out(seed, width, box, search.straight, search.diagonal, least)
-        current = min(current, out >> search.bits)
+    for a in range(seeds.shape[0]):
+        out = _way_out(seeds[a], width, box, search.straight, search.diagonal, least)
+        current = min(current, (costs[a] + out) >> search.bits)
     n = 0
-    for seed in seeds:
+    for a in range(seeds.shape[0]):
+        seed = seeds[a]
         flags = _flags(nodes[seed], search.count)
-        if not flags & OPEN:
-            nodes[seed].mark = (search.count << FLAG_BITS) | flags | REACHED | OPEN
-            nodes[seed].cost = 0
-            out = _way_out(seed, width, box, search.straight, search.diagonal, least)
-            _put(nodes, buckets, seed, out >> search.bits, current)
-            n += 1
+        if flags & OPEN:
+            if nodes[seed].cost <= costs[a]:
+                continue
+            _take(nodes, buckets, seed)
+            n -= 1
+        nodes[seed].mark = (search.count << FLAG_BITS) | flags | REACHED | OPEN | SEED
+        nodes[seed].cost = costs[a]
+        out = _way_out(seed, width, box, search.straight, search.diagonal, least)
+        _put(nodes, buckets, seed, (costs[a] + out) >> search.bits, current)
+        n += 1
     return current, n
 
 
 @inlined
-def _spread(toll, nodes, buckets, seeds, waiting, box, search):  # type: ignore[no-untyped-def]
+def _spread(toll, nodes, buckets, seeds, costs, waiting, box, search):  # type: ignore[no-untyped-def]
     """Settle cells from the seeds until `waiting` starts, and all that cost no more, are."""
     straight, diagonal, bits = search.straight, search.diagonal, search.bits
     least, now, width = search.base + search.least, search.count, search.columns + 2
-    current, n = _seed(nodes, buckets, seeds, box, width, search)
+    current, n = _seed(nodes, buckets, seeds, costs, box, width, search)
     bound = -1
     while n > 0:
         cell = buckets[current & (BUCKETS - 1)]
@@ -187,7 +194,7 @@ def _spread(toll, nodes, buckets, seeds, waiting, box, search):  # type: ignore[
                     _take(nodes, buckets, new)
                 else:
                     n += 1
-                near.mark = (now << FLAG_BITS) | flags | REACHED | OPEN
+                near.mark = (now << FLAG_BITS) | (flags & ~SEED) | REACHED | OPEN
                 near.cost = total
                 f = total + _way_out(new, width, box, straight, diagonal, least)
                 _put(nodes, buckets, new, f >> bits, current)
@@ -202,11 +209,11 @@ def _spread(toll, nodes, buckets, seeds, waiting, box, search):  # type: ignore[
 
 @inlined
 def _read_off(toll, nodes, search, start, route):  # type: ignore[no-untyped-def]
-    """Follow optimal moves from a settled start to cost 0; returns the number of cells."""
+    """Follow optimal moves from a settled start to a seed; the number of cells, and the seed."""
     now, width = search.count, search.columns + 2
     n = 0
     cell = start
-    while nodes[cell].cost > 0:
+    while not nodes[cell].mark & SEED:
         here = abs(toll[cell])
         walls = 0
         for d in range(8):
@@ -221,12 +228,12 @@ def _read_off(toll, nodes, search, start, route):  # type: ignore[no-untyped-def
                 cell = new
                 break
         else:
-            return -1
+            return -1, cell
         if n < route.shape[0]:
             row = cell // width
             route[n] = (row - 1) * (width - 2) + cell - row * width - 1
         n += 1
-    return n
+    return n, cell
 
 
 @inlined
@@ -265,11 +272,12 @@ def _read_all(toll, nodes, routes, cells, i, search, step, events):  # type: ign
         start = _padded(route.here, search.columns)
         length = -1
         if _flags(nodes[start], search.count) & SETTLED:
-            length = _read_off(toll, nodes, search, start, cells[j])
+            length, end = _read_off(toll, nodes, search, start, cells[j])
+            route.end = end - 2 * (end // (search.columns + 2)) - search.columns - 1
         route.length = max(length, 0)
         route.cost = nodes[start].cost if length >= 0 else -1
         route.failed_until = 0 if length >= 0 else step + 10
-        note(events, ROUTE_EVENT, j, length, goal)
+        note(events, ROUTE_EVENT, j, length, max(goal, STATION))
 
 
 @inlined
@@ -278,46 +286,51 @@ def _toll_standing(price, toll, standing, search, more):  # type: ignore[no-unty
     for e in range(standing.shape[0]):
         cell = standing[e]
         if cell >= 0:
-            fresh = _toll(price, cell, search.base)
+            fresh = _toll(price, cell, search)
             toll[_padded(cell, search.columns)] = fresh + (more if fresh >= 0 else -more)
 
 
 @kernel
 def plan_routes(  # type: ignore[no-untyped-def]
-    price, bounds, toll, nodes, buckets, state, standing, docks, routes, cells, step, events
+    price, bounds, toll, nodes, buckets, state, standing, docks, queues, routes, cells, step, events
 ):  # fmt: skip
-    """Plan a route for every robot that needs one.
+    """Plan a route for every robot that needs one, to a cell or to a station (`state[0].home`).
 
     Args:
         price: int16[R, C], bounds: int64[R, 2]: see ``OccupancyGrids``.
         toll, nodes, buckets, state: scratch, see ``Search``.
         standing: int64[R, N], cells in which robots stand for long, -1 for none.
-        docks: int64[k], cells near the charging stations.
+        docks: int64[k, 2], cells near the charging stations, and which station each is near.
+        queues: int64[R, S], what queueing at each station costs: of those that are free to choose,
+            robots take the one with the least sum of way and queue.
         routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
         step: the current step; events: see ``EventLog``.
     """
     search = state[0]
     box = np.empty(4, dtype=np.int64)
     seeds = np.empty(max(1, docks.shape[0]), dtype=np.int64)
+    costs = np.zeros(max(1, docks.shape[0]), dtype=np.int64)
     loaded = -1
     for i in range(routes.shape[0]):
-        if routes[i].need != 1:
+        goal = routes[i].wanted
+        if routes[i].need != 1 or (goal <= STATION) != search.home:
             continue
         m = routes[i].map
         if m != loaded:
             _fill_tolls(price[m], bounds[m], toll, search)
             loaded = m
-        goal = routes[i].wanted
         _toll_standing(price[m], toll, standing[m], search, search.standing)
-        search.count += 1
+        search.count += 2
         waiting = _start_all(nodes, routes, i, search, box)
         n = 0
-        for s in range(docks.shape[0] if goal == STATION else 1):
-            seed = docks[s] if goal == STATION else goal
-            if price[m, seed] >= 0:
+        for d in range(docks.shape[0] if goal <= STATION else 1):
+            seed = docks[d, 0] if goal <= STATION else goal
+            other = goal < STATION and docks[d, 1] != STATION - 1 - goal
+            if price[m, seed] >= 0 and not other:
                 seeds[n] = _padded(seed, search.columns)
+                costs[n] = queues[m, docks[d, 1]] if goal == STATION else 0
                 n += 1
-        _spread(toll, nodes, buckets, seeds[:n], waiting, box, search)
+        _spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
         _read_all(toll, nodes, routes, cells, i, search, step, events)
         _toll_standing(price[m], toll, standing[m], search, 0)
 
@@ -335,7 +348,7 @@ def route_cost_field(price, bounds, toll, nodes, buckets, state, start, targets,
     """
     search = state[0]
     _fill_tolls(price, bounds, toll, search)
-    search.count += 1
+    search.count += 2
     waiting = 0
     for t in range(targets.shape[0]):
         cell = _padded(targets[t], search.columns)
@@ -347,7 +360,7 @@ def route_cost_field(price, bounds, toll, nodes, buckets, state, start, targets,
     box = np.array([0, price.shape[0], 0, price.shape[0]], dtype=np.int64)
     seeds = np.array([_padded(start, search.columns)], dtype=np.int64)
     if waiting > 0:
-        _spread(toll, nodes, buckets, seeds, waiting, box, search)
+        _spread(toll, nodes, buckets, seeds, np.zeros(1, dtype=np.int64), waiting, box, search)
     for t in range(targets.shape[0]):
         node = nodes[_padded(targets[t], search.columns)]
         found[t] = node.cost if _flags(node, search.count) & SETTLED else -1
