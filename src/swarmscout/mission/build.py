@@ -77,10 +77,10 @@ __all__ = [
 UNPROVEN = 3000
 """On the way home a metre of ground that is not known to be free costs as much as three more."""
 
-STEPS_PER_METRE = 1.8
+STEPS_PER_METRE = 1.35
 """Moves that a metre of planned way takes, in units of a straight drive: turns and detours."""
 
-RESERVE_STEPS = 40.0
+RESERVE_STEPS = 60.0
 """Steps to spare, for the way through a crowd at the station."""
 
 

@@ -48,6 +48,7 @@ DOCKING = np.dtype(
         ("near_m", "f8"),  # this near to its station a robot takes a place there, or waits
         ("apart_m", "f8"),  # places are at least so far from each other and from what stands there
         ("forward_m", "f8"),
+        ("depth", "f8"),
         ("share_per_m", "f8"),  # charge that the way takes, see ChargingRules
         ("share_reserve", "f8"),
         ("crowd", "i8"),  # cost of a robot that charges at a station or is on its way there …
@@ -69,6 +70,8 @@ STANDS_STEPS = 3
 MOST_PLACES = 48
 CROWD_M = 1.0
 NEAR_M = 1.5
+DEPTH = 0.0
+MARGIN_M = 0.2
 
 
 @dataclass(frozen=True)
@@ -104,8 +107,9 @@ def docking_rules(
     for name in ("range_m", "share_per_m", "share_reserve"):
         rule[name] = getattr(charging, name)
     rule["near_m"] = charging.range_m + NEAR_M
-    rule["apart_m"] = 2.0 * radius_m + forward_m
+    rule["apart_m"] = 2.0 * radius_m + MARGIN_M
     rule["forward_m"] = forward_m
+    rule["depth"] = DEPTH
     # In the unit of costs, see RouteCosts.
     rule["crowd"] = round(2e6 * CROWD_M)
     rule["wait"] = round(2e6 * charging.occupied_m)
@@ -400,6 +404,7 @@ def choose_places(own, ear, heard, still, price, routes, stations, places, rules
                 continue
             free += 1
             away = _squared(cell, me.x_m, me.y_m, rules) ** 0.5
+            away += rules.depth * _squared(cell, x, y, rules) ** 0.5
             if away < least:
                 best = cell
                 least = away

@@ -34,6 +34,7 @@ from swarmscout.planning.search_memory import Search
 __all__ = ["Planner", "Vehicle"]
 
 LONG_STILL_STEPS = 10
+PATIENT = 3
 """A robot that has not moved for this many steps makes routes through its place dearer."""
 
 SIDE_ROOM_M = 0.05
@@ -112,6 +113,7 @@ class Planner:
         grid["waypoint_m"] = max(0.5 * frame.cell_m, 1.05 * vehicle.forward_m / (2.0 * cosine))
         grid["half_width_m"] = vehicle.radius_m + SIDE_ROOM_M
         grid["dock_m"] = vehicle.dock_m
+        grid["patient"] = PATIENT
         # A robot stops within a waypoint's reach of its place, and is to charge there.
         within_m = max(frame.cell_m, charging.range_m - grid["waypoint_m"] - 0.05)
         self._places = lay_places(frame, stations_m, within_m, float(self._rules[0]["apart_m"]))
