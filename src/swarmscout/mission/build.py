@@ -26,11 +26,11 @@ from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.mapping.scan_evidence import inverse_model, rays_per_beam
+from swarmscout.mission.charging import make_charging
 from swarmscout.mission.metrics import Judge, map_truth
 from swarmscout.mission.plug_ins import POLICY, RADIO, SELECTOR, SENSOR, TASK
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.costs import RouteCosts
-from swarmscout.planning.docking import ChargingRules
 from swarmscout.planning.routes import Planner, Vehicle
 from swarmscout.robots.battery import CHARGER
 from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
@@ -54,7 +54,6 @@ if TYPE_CHECKING:
 __all__ = [
     "make_asker",
     "make_bodies",
-    "make_charging",
     "make_charger",
     "make_desired_sizes",
     "make_destinations",
@@ -76,12 +75,6 @@ __all__ = [
 
 UNPROVEN = 3000
 """On the way home a metre of ground that is not known to be free costs as much as three more."""
-
-STEPS_PER_METRE = 1.35
-"""Moves that a metre of planned way takes, in units of a straight drive: turns and detours."""
-
-RESERVE_STEPS = 60.0
-"""Steps to spare, for the way through a crowd at the station."""
 
 
 def make_frame(world: World, scenario: Scenario) -> GridFrame:
@@ -205,9 +198,9 @@ def make_planner(
     scenario: Scenario,
     frame: GridFrame,
     stations_m: NDArray[np.float64],
-    charging: ChargingRules,
 ) -> Planner:
     """Plans and follows routes."""
+    charging = make_charging(scenario)
     cell_mm = 1000.0 * frame.cell_m
     costs = RouteCosts(
         straight=round(cell_mm),
@@ -386,24 +379,3 @@ def _fitting(selector: Selector, scenario: Scenario) -> Selector:
         return selector
     shorter: Selector = replace(selector, prompt_tokens=EMBEDDED_PROMPT_TOKENS)  # type: ignore[type-var]
     return shorter
-
-
-def make_charging(scenario: Scenario) -> ChargingRules:
-    """What robots know of their batteries and of stations.
-
-    Under the rule "threshold" the way home does not matter.
-    """
-    battery = scenario.battery
-    steps_per_m = STEPS_PER_METRE / scenario.body.forward_m
-    charging = ChargingRules(
-        range_m=battery.station_range_m,
-        occupied_m=0.75 * battery.capacity_steps / battery.charge_per_step / steps_per_m,
-    )
-    if battery.return_rule == "threshold" or not battery.enabled:
-        return charging
-    reserve = min(RESERVE_STEPS, 0.2 * battery.capacity_steps)
-    return replace(
-        charging,
-        share_per_m=steps_per_m / battery.capacity_steps,
-        share_reserve=reserve / battery.capacity_steps,
-    )

@@ -25,6 +25,7 @@ from swarmscout.mapping.scan_evidence import observe
 from swarmscout.minds.minds import blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import build
+from swarmscout.mission.charging import make_charging
 from swarmscout.mission.plug_ins import complete
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.validation import HandCheck
@@ -133,8 +134,8 @@ class Mission:
         self.destinations = build.make_destinations(scenario, self.frame, base, selector, self.task)
         self.asker = build.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
-        self._charging = build.make_charging(scenario)
-        self.planner = build.make_planner(scenario, self.frame, self.stations_m, self._charging)
+        self._charging = make_charging(scenario)
+        self.planner = build.make_planner(scenario, self.frame, self.stations_m)
         self._charger = build.make_charger(scenario)
         # Judging. While one map serves all robots, it is the swarm's.
         self.swarm = self.knowledge.grids

@@ -7,8 +7,8 @@ the same map are one, since all look in the same steps.
 
 Of several stations it takes the one with the least sum of way and queue, from what it has heard of
 robots that charge or go to charge. Near it, it takes a place inside the range that no other robot
-has taken; where two took the same in one step, the farther one takes another. If there is none it
-waits where it is, and those with the least charge go first.
+has taken; where two took the same in one step, the one with more charge takes another. If
+there is none it waits where it is, and those with the least charge go first.
 """
 
 from __future__ import annotations
@@ -29,9 +29,7 @@ __all__ = [
     "ChargingRules",
     "ask_ways",
     "choose_places",
-    "dock_cells",
     "docking_rules",
-    "lay_places",
     "take_stations",
     "take_ways",
     "weigh_stations",
@@ -48,7 +46,6 @@ DOCKING = np.dtype(
         ("near_m", "f8"),  # this near to its station a robot takes a place there, or waits
         ("apart_m", "f8"),  # places are at least so far from each other and from what stands there
         ("forward_m", "f8"),
-        ("depth", "f8"),
         ("share_per_m", "f8"),  # charge that the way takes, see ChargingRules
         ("share_reserve", "f8"),
         ("crowd", "i8"),  # cost of a robot that charges at a station or is on its way there …
@@ -67,11 +64,14 @@ HEARD_STEPS = 50
 STANDS_STEPS = 3
 """A robot that has not moved for so long keeps the places round it taken."""
 
-MOST_PLACES = 48
 CROWD_M = 1.0
+"""Each robot at a station, or on its way there, counts as much as so much more way."""
+
 NEAR_M = 1.5
-DEPTH = 0.0
+"""So far outside the range robots take a place, or wait for one."""
+
 MARGIN_M = 0.2
+"""Between bodies in neighbouring places there is at least so much room."""
 
 
 @dataclass(frozen=True)
@@ -109,75 +109,10 @@ def docking_rules(
     rule["near_m"] = charging.range_m + NEAR_M
     rule["apart_m"] = 2.0 * radius_m + MARGIN_M
     rule["forward_m"] = forward_m
-    rule["depth"] = DEPTH
     # In the unit of costs, see RouteCosts.
     rule["crowd"] = round(2e6 * CROWD_M)
     rule["wait"] = round(2e6 * charging.occupied_m)
     return rules
-
-
-def dock_cells(frame: GridFrame, stations_m: NDArray[np.float64]) -> NDArray[np.int64]:
-    """The cells that a route to a station ends in: the station's own, and those round it.
-
-    Several, since a station's own cell may be partly wall, or taken.
-
-    Args:
-        frame: the grid.
-        stations_m: float64[k, 2] in metres.
-
-    Returns:
-        int64[n, 2], flat cells whose centres lie within 1.5 cells of a station, and which.
-    """
-    found = [
-        (cell, s)
-        for s in range(len(stations_m))
-        for cell in _cells_within(frame, stations_m[s], 1.5 * frame.cell_m)
-    ]
-    return np.array(found, dtype=np.int64).reshape(-1, 2)
-
-
-def lay_places(
-    frame: GridFrame, stations_m: NDArray[np.float64], within_m: float, apart_m: float
-) -> NDArray[np.int64]:
-    """Cells in which robots stand when they charge, for each station from the inside out.
-
-    Args:
-        frame: the grid.
-        stations_m: float64[k, 2] in metres.
-        within_m: so near to the station, at most.
-        apart_m: so far from each other, at least.
-
-    Returns:
-        int64[k, P], flat cells, -1 after the last.
-    """
-    places = np.full((len(stations_m), MOST_PLACES), -1, dtype=np.int64)
-    for s, station in enumerate(stations_m):
-        cells = np.array(_cells_within(frame, station, within_m), dtype=np.int64)
-        centres = frame.centres_of(frame.unflat_many(cells))
-        order = np.argsort(np.round(np.hypot(*(centres - station).T), 6), kind="stable")
-        n = 0
-        taken = np.empty((0, 2))
-        for c in order.tolist():
-            gaps = np.hypot(*(taken - centres[c]).T)
-            if (gaps >= apart_m - 1e-9).all() and n < MOST_PLACES:
-                places[s, n] = cells[c]
-                taken = np.vstack((taken, centres[c]))
-                n += 1
-    return places
-
-
-def _cells_within(frame: GridFrame, point: NDArray[np.float64], within_m: float) -> list[int]:
-    """Flat cells whose centres lie within a distance of a point, ascending."""
-    x_m, y_m = float(point[0]), float(point[1])
-    row, col = frame.cell_of(x_m, y_m)
-    about = int(within_m / frame.cell_m) + 1
-    found = []
-    for near_row in range(max(0, row - about), min(frame.rows, row + about + 1)):
-        for near_col in range(max(0, col - about), min(frame.columns, col + about + 1)):
-            x, y = frame.centre_of(near_row, near_col)
-            if (x - x_m) ** 2 + (y - y_m) ** 2 <= within_m**2:
-                found.append(frame.flat(near_row, near_col))
-    return found
 
 
 @kernel
@@ -252,7 +187,7 @@ def weigh_stations(heard, routes, price, stations, places, queues, rules, step):
     Args:
         heard: BEACON[R, N], see ``Knowledge``; routes: ROUTE[N].
         price: int16[R, C], see ``OccupancyGrids``.
-        stations: float64[k, 2]; places: int64[k, P], see :func:`lay_places`.
+        stations: float64[k, 2]; places: int64[k, P], see ``lay_places``.
         queues: int64[R, k], written for the rows of robots that look.
         rules: DOCKING[1]; step: the current step.
     """
@@ -286,7 +221,7 @@ def take_stations(own, routes, docks, queues):  # type: ignore[no-untyped-def]
 
     Args:
         own: MIND[N], `station` is written; routes: ROUTE[N], `goal` is written.
-        docks: int64[n, 2], see :func:`dock_cells`; queues: int64[R, k].
+        docks: int64[n, 2], see ``dock_cells``; queues: int64[R, k].
     """
     for i in range(own.shape[0]):
         me = own[i]
@@ -315,8 +250,8 @@ def _squared(cell, x, y, rules):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _is_farther(heard, i, step):  # type: ignore[no-untyped-def]
-    """Whether another robot that is nearer to i's place has taken the same."""
+def _gives_way(heard, i, step):  # type: ignore[no-untyped-def]
+    """Whether another robot, with less charge, has taken the same place as i."""
     mine = heard[i]
     for j in range(heard.shape[0]):
         if j == i or heard[j].step != step or heard[j].place != mine.place:
@@ -349,6 +284,29 @@ def _look_round(heard, still, i, x, y, places, taken, rules, step):  # type: ign
     return ahead
 
 
+@inlined
+def _nearest_free(me, price, places, taken, tried, ahead, rules):  # type: ignore[no-untyped-def]
+    """The free place nearest to a robot; WAITS if others go first, NO_PLACE if none is of use."""
+    usable = 0
+    free = 0
+    best = NO_PLACE
+    least = np.inf
+    for p in range(places.shape[0]):
+        if places[p] < 0 or price[places[p]] < 0 or tried & (1 << p):
+            continue
+        usable += 1
+        if taken[p]:
+            continue
+        free += 1
+        away = _squared(places[p], me.x_m, me.y_m, rules)
+        if away < least:
+            best = places[p]
+            least = away
+    if usable == 0:
+        return NO_PLACE
+    return best if free > ahead else WAITS
+
+
 @kernel
 def choose_places(own, ear, heard, still, price, routes, stations, places, rules, step):  # type: ignore[no-untyped-def]
     """Near its station, each robot that charges takes a free place inside the range, or waits.
@@ -358,7 +316,7 @@ def choose_places(own, ear, heard, still, price, routes, stations, places, rules
         heard: BEACON[R, N], still: int64[R, N], see ``Knowledge``.
         price: int16[R, C], see ``OccupancyGrids``.
         routes: ROUTE[N], see ``RouteTable``; `tried` is written.
-        stations: float64[k, 2]; places: int64[k, P], see :func:`lay_places`.
+        stations: float64[k, 2]; places: int64[k, P], see ``lay_places``.
         rules: DOCKING[1]; step: the current step.
     """
     rules = rules[0]
@@ -384,31 +342,13 @@ def choose_places(own, ear, heard, still, price, routes, stations, places, rules
         if me.place >= 0:
             failed = route.goal == me.place and route.failed_until > 0
             # Who stands at its place keeps it.
-            if not failed and (route.at >= route.length or not _is_farther(row, i, step)):
+            if not failed and (route.at >= route.length or not _gives_way(row, i, step)):
                 continue
             if failed:
                 for p in range(places.shape[1]):
                     if places[me.station, p] == me.place:
                         route.tried |= 1 << p
         ahead = _look_round(row, still[ear[i]], i, x, y, places[me.station], taken, rules, step)
-        usable = 0
-        free = 0
-        best = NO_PLACE
-        least = np.inf
-        for p in range(places.shape[1]):
-            cell = places[me.station, p]
-            if cell < 0 or price[ear[i], cell] < 0 or route.tried & (1 << p):
-                continue
-            usable += 1
-            if taken[p]:
-                continue
-            free += 1
-            away = _squared(cell, me.x_m, me.y_m, rules) ** 0.5
-            away += rules.depth * _squared(cell, x, y, rules) ** 0.5
-            if away < least:
-                best = cell
-                least = away
-        if usable == 0:
-            me.place = NO_PLACE
-        else:
-            me.place = best if free > ahead else WAITS
+        me.place = _nearest_free(
+            me, price[ear[i]], places[me.station], taken, route.tried, ahead, rules
+        )

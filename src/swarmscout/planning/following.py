@@ -35,7 +35,6 @@ DRIVING = np.dtype(
         ("most_off", "i8"),  # a robot whose heading is off by more turns, in ticks
         ("waypoint_m", "f8"),  # this near to a cell of the route, the robot goes on to the next
         ("half_width_m", "f8"),  # of the lane that has to be free on the way to a waypoint
-        ("patient", "i8"),
         ("dock_m", "f8"),  # near enough to a station to charge
     ],
     align=True,
@@ -246,7 +245,7 @@ def steer(own, ear, price, contact, stations, routes, cells, headings, grid, act
         longest = min(route.length, cells.shape[1])
         if (
             me.mode == CHARGE
-            and (route.at >= longest or (blocked and route.stuck >= grid.patient))
+            and (route.at >= longest or (blocked and route.stuck >= PATIENT))
             and _is_docked(me, stations, grid.dock_m)
         ):
             # It stays: what blocks it is most likely another robot that charges.

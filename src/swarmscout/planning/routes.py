@@ -19,22 +19,20 @@ from swarmscout.planning.docking import (
     ChargingRules,
     ask_ways,
     choose_places,
-    dock_cells,
     docking_rules,
-    lay_places,
     take_stations,
     take_ways,
     weigh_stations,
 )
 from swarmscout.planning.following import DRIVING, find_needs, mark_standing, steer
-from swarmscout.planning.route_table import RouteTable, blank_routes
+from swarmscout.planning.places import dock_cells, lay_places
+from swarmscout.planning.route_table import STATION, RouteTable, blank_routes
 from swarmscout.planning.search import plan_routes, route_cost_field
 from swarmscout.planning.search_memory import Search
 
 __all__ = ["Planner", "Vehicle"]
 
 LONG_STILL_STEPS = 10
-PATIENT = 3
 """A robot that has not moved for this many steps makes routes through its place dearer."""
 
 SIDE_ROOM_M = 0.05
@@ -113,7 +111,6 @@ class Planner:
         grid["waypoint_m"] = max(0.5 * frame.cell_m, 1.05 * vehicle.forward_m / (2.0 * cosine))
         grid["half_width_m"] = vehicle.radius_m + SIDE_ROOM_M
         grid["dock_m"] = vehicle.dock_m
-        grid["patient"] = PATIENT
         # A robot stops within a waypoint's reach of its place, and is to charge there.
         within_m = max(frame.cell_m, charging.range_m - grid["waypoint_m"] - 0.05)
         self._places = lay_places(frame, stations_m, within_m, float(self._rules[0]["apart_m"]))
@@ -131,7 +128,8 @@ class Planner:
         )  # fmt: skip
         if not needs:
             return
-        self._plan(self._search, knowledge, table, step, events.rows)
+        if (table.state["wanted"][table.state["need"] == 1] > STATION).any():
+            self._plan(self._search, knowledge, table, step, events.rows)
         if (table.state["need"] == 1).any():
             self._plan(self._home_search, knowledge, table, step, events.rows)
             take_stations(minds.own, table.state, self._docks, self._queues)
@@ -156,9 +154,7 @@ class Planner:
             Whether ways are up to date for all whose charge may not suffice.
         """
         home = self._home
-        asks = ask_ways(
-            minds.own, knowledge.ear, action, contact, home.state, self._rules, step
-        )
+        asks = ask_ways(minds.own, knowledge.ear, action, contact, home.state, self._rules, step)
         if asks:
             nobody_hears = np.zeros(1, dtype=EVENT)
             self._plan(self._home_search, knowledge, home, step, nobody_hears)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarmscout.core.grid import GridFrame
 from swarmscout.planning.costs import RouteCosts
@@ -68,7 +69,7 @@ class Search:
     def __init__(self, frame: GridFrame, costs: RouteCosts, beside: Search | None = None) -> None:
         size = (frame.rows + 2) * (frame.columns + 2)
         self.toll = np.full(size, OUTSIDE, dtype=np.int32)
-        self.nodes = np.zeros(size, dtype=NODE) if beside is None else beside.nodes
+        self.nodes: NDArray[np.void] = np.zeros(size, NODE) if beside is None else beside.nodes
         self.buckets = np.full(BUCKETS, -1, dtype=np.int32)
         most = 4 * costs.diagonal * (costs.base + 1000 + costs.standing + costs.unproven)
         self.state = np.zeros(1, dtype=SEARCH)
