@@ -101,6 +101,9 @@ def explore(
         "seed": seed,
         **more,
     }
+    if isinstance(keys.get("battery", {}), Mapping):
+        # As `swarmscout explore`: robots return in time, unless a key says otherwise.
+        keys["battery"] = {"return_rule": "distance", **keys.get("battery", {})}
     scenario = make_scenario(keys)
     at_hand = given if isinstance(given, World) else None
     return record_mission(

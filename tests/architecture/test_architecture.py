@@ -81,6 +81,7 @@ for links in (None, lambda step: np.eye(6, k=step % 3, dtype=bool)):
 fly(links=lambda step: np.eye(6, k=step % 3, dtype=bool))
 ss.record_mission(Scenario(robots=3, steps=9), links=lambda _: np.eye(3) > 0).map_at(robot=1)
 fly(teams={"members": "fan", "fan_m": 3})
+fly(battery={"return_rule": "distance"})
 fly(teams={"members": "fan", "fan_m": 3}, task=FreeCells())
 fly(links=lambda step: np.ones((6, 6), dtype=bool), teams={"members": "fan"})
 fly(

@@ -224,6 +224,7 @@ def test_a_reason_that_is_no_text_is_kept_as_far_as_it_is(command: Command, here
 
 def test_the_summary_says_who_is_stranded_and_what_helps(command: Command) -> None:
     words = ("--robots", "1", "--steps", "80", "--no-picture", "--set", "battery.capacity_steps=40")
+    words = (*words, "--set", "battery.return_rule=threshold")
     hint = "the only robot ran out of charge: none is left to explore; to return in time"
     _, out, _ = command("explore", *words, "--set", "battery.charge_below=0.0")
     assert f"{hint}: --set battery.return_rule=distance" in out

@@ -149,7 +149,7 @@ def test_all_who_start_from_one_place_are_within_reach_of_a_station(tube):
     places = place_robots(tube, 100, "one-place", np.random.default_rng(0))
     stations = place_stations(tube, 100)
     away = np.hypot(*(places[:, None] - stations[None]).transpose(2, 0, 1)).min(axis=1)
-    assert away.max() < 3.0
+    assert away.max() < 6.0
 
 
 def test_stations_set_by_hand_are_kept(tube):

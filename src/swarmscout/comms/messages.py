@@ -34,6 +34,8 @@ BEACON = np.dtype(
         ("target", "i8"),
         ("aim", "i8"),
         ("still", "i8"),
+        ("station", "i8"),
+        ("place", "i8"),
     ],
     align=True,
 )
@@ -96,6 +98,8 @@ def send_beacons(own, step, beacons):  # type: ignore[no-untyped-def]
         beacon.target = me.target
         beacon.aim = me.aim
         beacon.still = me.still
+        beacon.station = me.station
+        beacon.place = me.place
     return sound
 
 

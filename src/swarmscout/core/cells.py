@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 from swarmscout.core.jit import inlined
 
-__all__ = ["offset"]
+__all__ = ["cell_at", "cell_of", "offset"]
 
 
 @inlined
@@ -19,3 +21,31 @@ def offset(cell, x, y, grid):  # type: ignore[no-untyped-def]
         grid.origin_x_m + (cell % grid.columns + 0.5) * grid.cell_m - x,
         grid.origin_y_m + (cell // grid.columns + 0.5) * grid.cell_m - y,
     )
+
+
+@inlined
+def cell_at(x, y, grid):  # type: ignore[no-untyped-def]
+    """Row and column of a point; they may lie outside the grid.
+
+    Args:
+        x, y: the point.
+        grid: any record with the fields of ``GRID``.
+    """
+    return (
+        int(math.floor((y - grid.origin_y_m) / grid.cell_m)),
+        int(math.floor((x - grid.origin_x_m) / grid.cell_m)),
+    )
+
+
+@inlined
+def cell_of(x, y, grid):  # type: ignore[no-untyped-def]
+    """The flat cell of a point; of one outside the grid, the nearest at its edge.
+
+    Args:
+        x, y: the point.
+        grid: any record with the fields of ``GRID``.
+    """
+    row, col = cell_at(x, y, grid)
+    row = min(grid.rows - 1, max(0, row))
+    col = min(grid.columns - 1, max(0, col))
+    return row * grid.columns + col

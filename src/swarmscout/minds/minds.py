@@ -33,6 +33,9 @@ MIND = np.dtype(
         ("still", "i8"),  # for how many steps it has stayed about where it is
         ("cause", "i8"),  # why its team needs a destination, a code of CAUSES
         ("due_at", "i8"),  # the step after which the destination is overdue
+        ("station", "i8"),  # in CHARGE mode, the station that it has chosen, or -1
+        ("place", "i8"),  # its place there: a flat cell, NO_PLACE or WAITS
+        ("way_m", "f8"),  # no more than this far from a station, along a way that it knows
         ("thinks", "?"),  # False: it decides nothing
         ("sends", "?"),  # False: no other robot hears it
         ("hears", "?"),  # False: it hears no other robot
@@ -113,6 +116,8 @@ def blank_minds(robots: int) -> Minds:
     own["mode"] = EXPLORE
     own["size"] = own["desired"] = 1
     own["partner"] = own["destination"] = own["target"] = own["aim"] = -1
+    own["station"] = own["place"] = -1
+    own["way_m"] = np.inf
     own["thinks"] = own["sends"] = own["hears"] = True
     return Minds(
         own=own,

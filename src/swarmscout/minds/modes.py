@@ -19,20 +19,23 @@ def on_task(mode):  # type: ignore[no-untyped-def]
     return mode == EXPLORE
 
 
+MOST_NEEDED = 0.9
+"""A robot with more than this share of its capacity explores, wherever it is."""
+
 is_on_task = inlined(on_task)
 """The same for kernels, of one robot's mode."""
 
 
 @kernel
-def choose_modes(own, stations, below, share_per_m, share_reserve, events):  # type: ignore[no-untyped-def]
+def choose_modes(own, below, share_per_m, share_reserve, events):  # type: ignore[no-untyped-def]
     """Each robot compares its own charge with what it needs: low → CHR, full again → EXP.
 
     Args:
         own: MIND[N].
-        stations: float64[k, 2], where the charging stations are: known to all from the start.
         below: share of the capacity under which CHR mode begins.
-        share_per_m, share_reserve: charge that the way back takes per metre of straight distance,
-            and a reserve; both 0 under the rule "threshold".
+        share_per_m, share_reserve: charge that the way to a station takes per metre, and a reserve;
+            both 0 where that does not matter: under the rule "threshold", or if nobody has looked
+            its way up in this step.
         events: EVENT[capacity + 1], see ``EventLog``.
     """
     for i in range(own.shape[0]):
@@ -41,14 +44,9 @@ def choose_modes(own, stations, below, share_per_m, share_reserve, events):  # t
             continue
         needed = below
         if share_per_m > 0.0:
-            nearest2 = 1e300
-            for s in range(stations.shape[0]):
-                dx = me.x_m - stations[s, 0]
-                dy = me.y_m - stations[s, 1]
-                nearest2 = min(nearest2, dx * dx + dy * dy)
-            needed = max(below, nearest2**0.5 * share_per_m + share_reserve)
+            needed = max(below, min(MOST_NEEDED, me.way_m * share_per_m + share_reserve))
         mode = me.mode
-        if mode == EXPLORE and me.charge < min(needed, 1.0):
+        if mode == EXPLORE and me.charge < needed:
             mode = CHARGE
         elif mode == CHARGE and me.charge >= 1.0:
             mode = EXPLORE

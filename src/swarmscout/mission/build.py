@@ -27,6 +27,7 @@ from swarmscout.mapping.footprint import Footprint
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.mapping.scan_evidence import inverse_model, rays_per_beam
+from swarmscout.mission.charging import make_charging
 from swarmscout.mission.metrics import Judge, map_truth
 from swarmscout.mission.plug_ins import POLICY, RADIO, SELECTOR, SENSOR, TASK
 from swarmscout.mission.scenario import Scenario
@@ -71,8 +72,10 @@ __all__ = [
     "make_rule",
     "make_sensing",
     "make_task",
-    "return_reserve",
 ]
+
+UNPROVEN = 3000
+"""On the way home a metre of ground that is not known to be free costs as much as three more."""
 
 
 BESIDE = 1000
@@ -202,6 +205,7 @@ def make_planner(
     stations_m: NDArray[np.float64],
 ) -> Planner:
     """Plans and follows routes."""
+    charging = make_charging(scenario)
     cell_mm = 1000.0 * frame.cell_m
     costs = RouteCosts(
         straight=round(cell_mm),
@@ -210,13 +214,15 @@ def make_planner(
         least=int(make_model(scenario).permille()[0]),
         # The paper's literal rule knows no walls to keep clear of.
         beside=BESIDE if scenario.routes.cost == "length" else 0,
+        unproven=UNPROVEN if charging.share_per_m > 0.0 else 0,
+        proven=round(1000.0 * scenario.map.free_below),
     )
     dock_m = max(0.5 * scenario.battery.station_range_m, scenario.battery.station_range_m - 0.1)
     body = scenario.body
     vehicle = Vehicle(
         body.radius_m, body.forward_m, to_ticks(body.turn_deg), dock_m, heading_table()
     )
-    return Planner(frame, scenario.robots, costs, stations_m, vehicle)
+    return Planner(frame, scenario.robots, costs, stations_m, vehicle, charging)
 
 
 def make_destinations(
@@ -384,16 +390,3 @@ def _fitting(selector: Selector, scenario: Scenario) -> Selector:
         return selector
     shorter: Selector = replace(selector, prompt_tokens=EMBEDDED_PROMPT_TOKENS)  # type: ignore[type-var]
     return shorter
-
-
-def return_reserve(scenario: Scenario) -> tuple[float, float]:
-    """Charge, as shares, that the way back takes per metre of straight distance, and a reserve.
-
-    Both 0 under the rule "threshold". Ways are longer than straight lines and turning takes steps
-    too: three times the straight time, and 30 steps.
-    """
-    battery = scenario.battery
-    if battery.return_rule == "threshold":
-        return 0.0, 0.0
-    per_m = 3.0 / scenario.body.forward_m
-    return per_m / battery.capacity_steps, 30.0 / battery.capacity_steps

@@ -25,6 +25,7 @@ from swarmscout.mapping.scan_evidence import observe
 from swarmscout.minds.minds import blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import build
+from swarmscout.mission.charging import make_charging
 from swarmscout.mission.plug_ins import complete
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.validation import HandCheck
@@ -133,9 +134,9 @@ class Mission:
         self.destinations = build.make_destinations(scenario, self.frame, base, selector, self.task)
         self.asker = build.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
+        self._charging = make_charging(scenario)
         self.planner = build.make_planner(scenario, self.frame, self.stations_m)
         self._charger = build.make_charger(scenario)
-        self._return_reserve = build.return_reserve(scenario)
         # Judging. While one map serves all robots, it is the swarm's.
         self.swarm = self.knowledge.grids
         self.judge = build.make_judge(ground, scenario, self.frame, self.bodies)
@@ -305,7 +306,12 @@ class Mission:
         for capability in ("think", "send", "hear"):
             minds.own[f"{capability}s"] = bodies.can[capability]
         below = battery.charge_below if battery.enabled else -1.0
-        choose_modes(minds.own, self.stations_m, below, *self._return_reserve, self.events.rows)
+        per_m, reserve = self._charging.share_per_m, self._charging.share_reserve
+        if per_m > 0.0 and not self.planner.look_home(
+            minds, self.knowledge, self.action, bodies.contact, self.step_number
+        ):
+            per_m = reserve = 0.0
+        choose_modes(minds.own, below, per_m, reserve, self.events.rows)
 
     def _judge(self, links: Links, since: NDArray[np.int64], started: float) -> None:
         """Count what the step achieved, and hand it to the recorder."""

@@ -17,12 +17,12 @@ import math
 
 import numpy as np
 
-from swarmscout.core.cells import offset
+from swarmscout.core.cells import cell_at, cell_of, offset
 from swarmscout.core.enums import CHARGE, NO_CONTACT, OCCUPIED, STOP, WALL_CONTACT
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
 from swarmscout.mapping.occupancy import CLOSED
-from swarmscout.planning.route_table import NOWHERE, STATION
+from swarmscout.planning.route_table import NOWHERE, station_goal
 
 __all__ = ["DRIVING", "find_needs", "mark_standing", "steer"]
 
@@ -53,6 +53,9 @@ DRIVING = np.dtype(
 # A robot this far from where it should be along its route was pushed off it.
 OFF_ROUTE_CELLS = 2.5
 OFF_ROUTE_M = 2.5
+# Near enough to charge, a robot gives up its way to its place after so many steps on the spot if
+# something blocks it, and twice as many else.
+PATIENT = 3
 # The waypoint is at most so many strides ahead.
 SIGHT_STRIDES = 8
 # For so long a robot remembers a wall or a robot that it bumped into, and follows its route from
@@ -116,15 +119,6 @@ def _lane_is_free(status, x, y, dx, dy, grid):  # type: ignore[no-untyped-def]
     return True
 
 
-@inlined
-def _cell_at(x, y, grid):  # type: ignore[no-untyped-def]
-    """Row and column of a point; they may lie outside the grid."""
-    return (
-        int(math.floor((y - grid.origin_y_m) / grid.cell_m)),
-        int(math.floor((x - grid.origin_x_m) / grid.cell_m)),
-    )
-
-
 @kernel
 def mark_standing(heard, still, rows, grid, standing):  # type: ignore[no-untyped-def]
     """List the cells in which robots are known to stand for long.
@@ -139,7 +133,7 @@ def mark_standing(heard, still, rows, grid, standing):  # type: ignore[no-untype
         for j in range(heard.shape[1]):
             standing[r, j] = -1
             if still[r, j] >= grid.long_still:
-                row, col = _cell_at(heard[r, j].x_m, heard[r, j].y_m, grid)
+                row, col = cell_at(heard[r, j].x_m, heard[r, j].y_m, grid)
                 if 0 <= row < grid.rows and 0 <= col < grid.columns:
                     standing[r, j] = row * grid.columns + col
 
@@ -182,12 +176,9 @@ def find_needs(own, ear, status, counts, routes, cells, grid, step):  # type: ig
         if not me.thinks:
             route.wanted = NOWHERE
             continue
-        row, col = _cell_at(me.x_m, me.y_m, grid)
-        row = min(grid.rows - 1, max(0, row))
-        col = min(grid.columns - 1, max(0, col))
-        route.here = row * grid.columns + col
+        route.here = cell_of(me.x_m, me.y_m, grid)
         route.map = ear[i]
-        wanted = STATION if me.mode == CHARGE else me.target
+        wanted = station_goal(me) if me.mode == CHARGE else me.target
         route.wanted = wanted
         if wanted == NOWHERE:
             route.goal = NOWHERE
@@ -363,11 +354,11 @@ def steer(own, ear, status, touch, stations, routes, cells, headings, grid, step
         dx, dy = _next_waypoint(me, route, cells[i], status[ear[i]], sight, grid)
         longest = min(route.length, cells.shape[1])
         if (
-            route.goal == STATION
-            and (blocked or route.at >= longest)
+            me.mode == CHARGE
+            and (route.at >= longest or me.still >= (PATIENT if blocked else 2 * PATIENT))
             and _is_docked(me, stations, grid.dock_m)
         ):
-            # It stays: what blocked it is most likely another robot that charges.
+            # It stays: what blocks it is most likely another robot that charges.
             route.at = route.length
             continue
         if route.at >= longest:

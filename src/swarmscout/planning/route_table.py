@@ -7,14 +7,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BUMPS", "NOWHERE", "ROUTE", "STATION", "RouteTable", "blank_routes"]
+from swarmscout.core.jit import inlined
+
+__all__ = [
+    "BUMPS",
+    "NOWHERE",
+    "NO_PLACE",
+    "ROUTE",
+    "STATION",
+    "WAITS",
+    "RouteTable",
+    "blank_routes",
+    "station_goal",
+]
 
 BUMPS = 6
 """So many bumps a robot remembers."""
 
 ROUTE = np.dtype(
     [
-        ("goal", "i8"),  # flat cell, STATION or NOWHERE: where the route leads
+        ("goal", "i8"),  # where the route leads: flat cell, NOWHERE, STATION or one below it
         ("length", "i8"),  # cells on it
         ("at", "i8"),  # the next one to drive to
         ("here", "i8"),  # the cell that the robot believes to be in
@@ -40,6 +52,8 @@ ROUTE = np.dtype(
         ("bump_until", "i8", (BUMPS,)),  # remembered until this step
         ("bumps", "i8"),  # counts them
         ("cost", "i8"),  # of the whole route when planned, see RouteCosts; -1: there is none
+        ("end", "i8"),  # the last cell of the whole route
+        ("tried", "i8"),  # bits: places of its station to which it has found no way
     ],
     align=True,
 )
@@ -47,10 +61,25 @@ ROUTE = np.dtype(
 
 NOWHERE = -1
 STATION = -2
-"""As a goal: the charging station that is nearest by route."""
+"""As a goal: the best charging station by way and queue; STATION - 1 - s is station s alone."""
+
+NO_PLACE = -1
+"""As a robot's place at its station: none yet."""
+WAITS = -2
+"""As a robot's place at its station: all are taken, it waits near by."""
 
 LONGEST = 256
 """A route keeps at most this many cells; what lies behind is planned when they are used up."""
+
+
+@inlined
+def station_goal(me):  # type: ignore[no-untyped-def]
+    """Where a robot that charges wants to go: its place, its station, or the best station."""
+    if me.place >= 0:
+        return me.place
+    if me.place == WAITS:
+        return NOWHERE
+    return STATION if me.station < 0 else STATION - 1 - me.station
 
 
 @dataclass(slots=True)
@@ -71,9 +100,13 @@ class RouteTable:
         return self.cells[robot, route["at"] : min(route["length"], LONGEST)]
 
 
-def blank_routes(robots: int) -> RouteTable:
-    """N robots that go nowhere."""
+def blank_routes(robots: int, longest: int = LONGEST) -> RouteTable:
+    """N robots that go nowhere.
+
+    Args:
+        robots: N. longest: cells that a route keeps.
+    """
     state = np.zeros(robots, dtype=ROUTE)
     state["goal"] = state["wanted"] = NOWHERE
     state["cost"] = -1
-    return RouteTable(state=state, cells=np.zeros((robots, LONGEST), dtype=np.int32))
+    return RouteTable(state=state, cells=np.zeros((robots, longest), dtype=np.int32))

@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.comms.knowledge import Knowledge
-from swarmscout.core.events import EventLog
+from swarmscout.core.events import EVENT, EventLog
 from swarmscout.core.grid import GridFrame
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import Minds
 from swarmscout.planning.costs import RouteCosts
+from swarmscout.planning.docking import (
+    LOOK_EVERY,
+    ChargingRules,
+    ask_ways,
+    choose_places,
+    docking_rules,
+    take_stations,
+    take_ways,
+    weigh_stations,
+)
 from swarmscout.planning.following import DRIVING, find_needs, mark_standing, steer
+from swarmscout.planning.places import dock_cells, lay_places
 from swarmscout.planning.right_of_way import RIGHTS, keep_clear
-from swarmscout.planning.route_table import RouteTable, blank_routes
+from swarmscout.planning.route_table import STATION, RouteTable, blank_routes
 from swarmscout.planning.search import plan_routes, route_cost_field
 from swarmscout.planning.search_memory import Search
 
@@ -70,6 +81,7 @@ class Planner:
         costs: what moving costs.
         stations_m: float64[k, 2].
         vehicle: the robots' body.
+        charging: batteries and stations.
     """
 
     def __init__(
@@ -79,14 +91,20 @@ class Planner:
         costs: RouteCosts,
         stations_m: NDArray[np.float64],
         vehicle: Vehicle,
+        charging: ChargingRules | None = None,
     ) -> None:
         self.frame = frame
         self.costs = costs
         self.stations_m = stations_m
         self.table: RouteTable = blank_routes(robots)
-        self._search = Search(frame, costs)
+        self._search = Search(frame, replace(costs, unproven=0))
+        self._home_search = Search(frame, costs, self._search)
+        self._home = blank_routes(robots, longest=1)
         self._standing = np.full((1, robots), -1, dtype=np.int64)
         self._docks = dock_cells(frame, stations_m)
+        self._queues = np.zeros((1, max(1, len(stations_m))), dtype=np.int64)
+        charging = charging or ChargingRules()
+        self._rules = docking_rules(frame, charging, vehicle.radius_m, vehicle.forward_m)
         self._headings = vehicle.headings
         turn_ticks = vehicle.turn_ticks
         # At most 30°, if turns are not too coarse for that.
@@ -113,24 +131,80 @@ class Planner:
         self._rights = _rights(frame, vehicle)
         buckets = int(self._rights[0]["bucket_rows"] * self._rights[0]["bucket_columns"])
         self._chain = np.full(buckets + robots, -1, dtype=np.int64)
+        # A robot stops within a waypoint's reach of its place, and is to charge there.
+        within_m = max(frame.cell_m, charging.range_m - grid["waypoint_m"] - 0.05)
+        self._places = lay_places(frame, stations_m, within_m, float(self._rules[0]["apart_m"]))
 
     def plan(self, minds: Minds, knowledge: Knowledge, step: int, events: EventLog) -> None:
         """Give every robot that needs one a route over its own map."""
-        grids, table, search = knowledge.grids, self.table, self._search
+        grids, table = knowledge.grids, self.table
+        choose_places(
+            minds.own, knowledge.ear, knowledge.heard, knowledge.still, grids.status, table.state,
+            self.stations_m, self._places, self._rules, step,
+        )  # fmt: skip
         needs = find_needs(
             minds.own, knowledge.ear, grids.status, grids.counts, table.state, table.cells,
             self._grid, step,
         )  # fmt: skip
         if not needs:
             return
+        if (table.state["wanted"][table.state["need"] == 1] > STATION).any():
+            self._plan(self._search, knowledge, table, step, events.rows)
+        if (table.state["need"] == 1).any():
+            self._plan(self._home_search, knowledge, table, step, events.rows)
+            take_stations(minds.own, table.state, self._docks, self._queues)
+
+    def look_home(
+        self,
+        minds: Minds,
+        knowledge: Knowledge,
+        action: NDArray[np.int64],
+        contact: NDArray[np.int64],
+        step: int,
+    ) -> bool:
+        """Robots whose charge may not suffice for the way to a station look that up.
+
+        Args:
+            minds: `way_m` is written.
+            knowledge: what robots know.
+            action, contact: int64[N], what each robot did last, and what it felt.
+            step: the current step.
+
+        Returns:
+            Whether ways are up to date for all whose charge may not suffice.
+        """
+        home = self._home
+        asks = ask_ways(minds.own, knowledge.ear, action, contact, home.state, self._rules, step)
+        if asks:
+            nobody_hears = np.zeros(1, dtype=EVENT)
+            self._plan(self._home_search, knowledge, home, step, nobody_hears)
+            length_m = 0.0 if self.costs.base else math.sqrt(2.0) * self.frame.cell_m
+            take_ways(minds.own, home.state, self.stations_m, length_m)
+        return step % LOOK_EVERY == 0
+
+    def _plan(
+        self,
+        search: Search,
+        knowledge: Knowledge,
+        table: RouteTable,
+        step: int,
+        events: NDArray[np.void],
+    ) -> None:
+        """Plan the routes that are needed, those to cells or those to stations."""
+        grids = knowledge.grids
         if len(self._standing) < len(knowledge.heard):
             self._standing = np.full(knowledge.still.shape, -1, dtype=np.int64)
+            self._queues = np.zeros((len(knowledge.heard), self._queues.shape[1]), dtype=np.int64)
         mark_standing(knowledge.heard, knowledge.still, knowledge.rows, self._grid, self._standing)
+        weigh_stations(
+            knowledge.heard, table.state, grids.status, self.stations_m, self._places, self._queues,
+            self._rules, step,
+        )  # fmt: skip
         reach = np.array([grids.footprint.entry_cells, grids.footprint.exit_cells])
         plan_routes(
             grids.price, grids.status, grids.bounds, search.toll, search.nodes, search.buckets,
-            search.state, self._standing, self._docks, reach, table.state, table.cells, step,
-            events.rows,
+            search.state, self._standing, self._docks, self._queues, reach, table.state,
+            table.cells, step, events,
         )  # fmt: skip
 
     def steer(
@@ -210,28 +284,3 @@ def _rights(frame: GridFrame, vehicle: Vehicle) -> NDArray[np.void]:
     rules["turn_ticks"] = vehicle.turn_ticks
     rules["aside"] = max(1, ASIDE_TICKS // vehicle.turn_ticks)
     return rights
-
-
-def dock_cells(frame: GridFrame, stations_m: NDArray[np.float64]) -> NDArray[np.int64]:
-    """The cells that a robot heads for to charge: a station's own, and those round it.
-
-    Several, since a station's own cell may be partly wall, or taken.
-
-    Args:
-        frame: the grid.
-        stations_m: float64[k, 2] in metres.
-
-    Returns:
-        int64[n], flat cells whose centres lie within 1.5 cells of a station, ascending.
-    """
-    found = set()
-    for x_m, y_m in stations_m:
-        row, col = frame.cell_of(float(x_m), float(y_m))
-        for near_row in range(row - 2, row + 3):
-            for near_col in range(col - 2, col + 3):
-                if not frame.contains(near_row, near_col):
-                    continue
-                x, y = frame.centre_of(near_row, near_col)
-                if (x - x_m) ** 2 + (y - y_m) ** 2 <= (1.5 * frame.cell_m) ** 2:
-                    found.add(frame.flat(near_row, near_col))
-    return np.array(sorted(found), dtype=np.int64)

@@ -36,8 +36,8 @@ from swarmscout.planning.search_memory import BUCKETS
 __all__ = ["plan_routes", "route_cost_field"]
 
 # Flags of a node in the running search; the search's number stands above them.
-REACHED, SETTLED, START, OPEN = 1, 2, 4, 8
-FLAG_BITS = 4
+REACHED, SETTLED, START, OPEN, SEED = 1, 2, 4, 8, 16
+FLAG_BITS = 5
 
 DIAGONAL_FIRST = 4
 # Orthogonal neighbours first, then diagonal ones: the fixed order among equally good routes.
@@ -52,7 +52,9 @@ def _toll(price, status, cell, search):  # type: ignore[no-untyped-def]
     """What a cell costs per metre; negative where a body has no room: as dear as can be."""
     if status[cell] & TIGHT:
         return -(search.base + 1000)
-    return search.base + price[cell] + (search.beside if status[cell] & BESIDE else 0)
+    p = price[cell]
+    beside = search.beside if status[cell] & BESIDE else 0
+    return search.base + p + beside + (search.unproven if p >= search.proven else 0)
 
 
 @inlined
@@ -118,31 +120,36 @@ def _flags(node, now):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _seed(nodes, buckets, seeds, box, width, search):  # type: ignore[no-untyped-def]
-    """Queue the seeds at cost 0; returns the first bucket and the number of open cells."""
+def _seed(nodes, buckets, seeds, costs, box, width, search):  # type: ignore[no-untyped-def]
+    """Queue the seeds at their costs; returns the first bucket and the number of open cells."""
     least = search.base + search.least
     current = 1 << 40
-    for seed in seeds:
-        out = _way_out(seed, width, box, search.straight, search.diagonal, least)
-        current = min(current, out >> search.bits)
+    for a in range(seeds.shape[0]):
+        out = _way_out(seeds[a], width, box, search.straight, search.diagonal, least)
+        current = min(current, (costs[a] + out) >> search.bits)
     n = 0
-    for seed in seeds:
+    for a in range(seeds.shape[0]):
+        seed = seeds[a]
         flags = _flags(nodes[seed], search.count)
-        if not flags & OPEN:
-            nodes[seed].mark = (search.count << FLAG_BITS) | flags | REACHED | OPEN
-            nodes[seed].cost = 0
-            out = _way_out(seed, width, box, search.straight, search.diagonal, least)
-            _put(nodes, buckets, seed, out >> search.bits, current)
-            n += 1
+        if flags & OPEN:
+            if nodes[seed].cost <= costs[a]:
+                continue
+            _take(nodes, buckets, seed)
+            n -= 1
+        nodes[seed].mark = (search.count << FLAG_BITS) | flags | REACHED | OPEN | SEED
+        nodes[seed].cost = costs[a]
+        out = _way_out(seed, width, box, search.straight, search.diagonal, least)
+        _put(nodes, buckets, seed, (costs[a] + out) >> search.bits, current)
+        n += 1
     return current, n
 
 
 @inlined
-def _spread(toll, nodes, buckets, seeds, waiting, box, search):  # type: ignore[no-untyped-def]
+def _spread(toll, nodes, buckets, seeds, costs, waiting, box, search):  # type: ignore[no-untyped-def]
     """Settle cells from the seeds until `waiting` starts, and all that cost no more, are."""
     straight, diagonal, bits = search.straight, search.diagonal, search.bits
     least, now, width = search.base + search.least, search.count, search.columns + 2
-    current, n = _seed(nodes, buckets, seeds, box, width, search)
+    current, n = _seed(nodes, buckets, seeds, costs, box, width, search)
     bound = -1
     while n > 0:
         cell = buckets[current & (BUCKETS - 1)]
@@ -191,7 +198,7 @@ def _spread(toll, nodes, buckets, seeds, waiting, box, search):  # type: ignore[
                     _take(nodes, buckets, new)
                 else:
                     n += 1
-                near.mark = (now << FLAG_BITS) | flags | REACHED | OPEN
+                near.mark = (now << FLAG_BITS) | (flags & ~SEED) | REACHED | OPEN
                 near.cost = total
                 f = total + _way_out(new, width, box, straight, diagonal, least)
                 _put(nodes, buckets, new, f >> bits, current)
@@ -206,11 +213,11 @@ def _spread(toll, nodes, buckets, seeds, waiting, box, search):  # type: ignore[
 
 @inlined
 def _read_off(toll, nodes, search, start, route):  # type: ignore[no-untyped-def]
-    """Follow optimal moves from a settled start to cost 0; returns the number of cells."""
+    """Follow optimal moves from a settled start to a seed; the number of cells, and the seed."""
     now, width = search.count, search.columns + 2
     n = 0
     cell = start
-    while nodes[cell].cost > 0:
+    while not nodes[cell].mark & SEED:
         here = abs(toll[cell])
         walls = 0
         for d in range(8):
@@ -225,12 +232,12 @@ def _read_off(toll, nodes, search, start, route):  # type: ignore[no-untyped-def
                 cell = new
                 break
         else:
-            return -1
+            return -1, cell
         if n < route.shape[0]:
             row = cell // width
             route[n] = (row - 1) * (width - 2) + cell - row * width - 1
         n += 1
-    return n
+    return n, cell
 
 
 @inlined
@@ -269,11 +276,12 @@ def _read_all(toll, nodes, routes, cells, i, search, step, events):  # type: ign
         start = _padded(route.here, search.columns)
         length = -1
         if _flags(nodes[start], search.count) & SETTLED:
-            length = _read_off(toll, nodes, search, start, cells[j])
+            length, end = _read_off(toll, nodes, search, start, cells[j])
+            route.end = end - 2 * (end // (search.columns + 2)) - search.columns - 1
         route.length = max(length, 0)
         route.cost = nodes[start].cost if length >= 0 else -1
         route.failed_until = 0 if length >= 0 else step + 10
-        note(events, ROUTE_EVENT, j, length, goal)
+        note(events, ROUTE_EVENT, j, length, max(goal, STATION))
 
 
 @inlined
@@ -288,16 +296,18 @@ def _toll_standing(price, status, toll, standing, search, more):  # type: ignore
 
 @kernel
 def plan_routes(  # type: ignore[no-untyped-def]
-    price, status, bounds, toll, nodes, buckets, state, standing, docks, reach, routes, cells,
-    step, events,
+    price, status, bounds, toll, nodes, buckets, state, standing, docks, queues, reach, routes,
+    cells, step, events,
 ):  # fmt: skip
-    """Plan a route for every robot that needs one.
+    """Plan a route for every robot that needs one, to a cell or to a station (`state[0].home`).
 
     Args:
         price: int16[R, C], status: uint8[R, C'], bounds: int64[R, 2]: see ``OccupancyGrids``.
         toll, nodes, buckets, state: scratch, see ``Search``.
         standing: int64[R, N], cells in which robots stand for long, -1 for none.
-        docks: int64[k], cells near the charging stations.
+        docks: int64[k, 2], cells near the charging stations, and which station each is near.
+        queues: int64[R, S], what queueing at each station costs: of those that are free to choose,
+            robots take the one with the least sum of way and queue.
         reach: float64[2], how far a goal's and a robot's place may be from a cell with room.
         routes: ROUTE[N], cells: int32[N, longest]: ``RouteTable``.
         step: the current step; events: see ``EventLog``.
@@ -307,30 +317,33 @@ def plan_routes(  # type: ignore[no-untyped-def]
     seeds = np.empty(max(1, docks.shape[0]), dtype=np.int64)
     columns = search.columns
     rows = price.shape[1] // columns
+    costs = np.zeros(max(1, docks.shape[0]), dtype=np.int64)
     loaded = -1
     for i in range(routes.shape[0]):
-        if routes[i].need == 1:
+        if routes[i].need == 1 and (routes[i].wanted <= STATION) == search.home:
             own_status = status[routes[i].map]
             routes[i].here = get_out(own_status, routes[i].here, rows, columns, reach[1])
     for i in range(routes.shape[0]):
-        if routes[i].need != 1:
+        goal = routes[i].wanted
+        if routes[i].need != 1 or (goal <= STATION) != search.home:
             continue
         m = routes[i].map
         if m != loaded:
             _fill_tolls(price[m], status[m], bounds[m], toll, search)
             loaded = m
-        goal = routes[i].wanted
         _toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
-        search.count += 1
+        search.count += 2
         waiting = _start_all(nodes, routes, i, search, box)
         n = 0
-        for s in range(docks.shape[0] if goal == STATION else 1):
-            seed = docks[s] if goal == STATION else goal
+        for d in range(docks.shape[0] if goal <= STATION else 1):
+            seed = docks[d, 0] if goal <= STATION else goal
+            other = goal < STATION and docks[d, 1] != STATION - 1 - goal
             seed = enter(status[m], seed, rows, columns, reach[0])
-            if seed >= 0:
+            if seed >= 0 and not other:
                 seeds[n] = _padded(seed, columns)
+                costs[n] = queues[m, docks[d, 1]] if goal == STATION else 0
                 n += 1
-        _spread(toll, nodes, buckets, seeds[:n], waiting, box, search)
+        _spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
         _read_all(toll, nodes, routes, cells, i, search, step, events)
         _toll_standing(price[m], status[m], toll, standing[m], search, 0)
 
@@ -350,7 +363,7 @@ def route_cost_field(  # type: ignore[no-untyped-def]
     """
     search = state[0]
     _fill_tolls(price, status, bounds, toll, search)
-    search.count += 1
+    search.count += 2
     waiting = 0
     for t in range(targets.shape[0]):
         if targets[t] < 0:
@@ -364,7 +377,7 @@ def route_cost_field(  # type: ignore[no-untyped-def]
     box = np.array([0, price.shape[0], 0, price.shape[0]], dtype=np.int64)
     seeds = np.array([_padded(start, search.columns)], dtype=np.int64)
     if waiting > 0:
-        _spread(toll, nodes, buckets, seeds, waiting, box, search)
+        _spread(toll, nodes, buckets, seeds, np.zeros(1, dtype=np.int64), waiting, box, search)
     for t in range(targets.shape[0]):
         found[t] = -1
         if targets[t] >= 0:

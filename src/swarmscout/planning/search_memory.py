@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarmscout.core.grid import GridFrame
 from swarmscout.planning.costs import RouteCosts
@@ -33,12 +34,15 @@ SEARCH = np.dtype(
         ("least", "i8"),
         ("beside", "i8"),
         ("standing", "i8"),
+        ("unproven", "i8"),
+        ("proven", "i8"),
         ("bits", "i8"),  # of a cost that a bucket spans: a move changes a cost, with its
         # heuristic, by less than half of all buckets
         ("columns", "i8"),  # of the grid
-        ("count", "i8"),  # counts searches
+        ("count", "i8"),  # counts searches: even numbers to cells, odd ones to stations
         ("filled_low", "i8"),  # the first and last row of the grid with tolls of a map
         ("filled_high", "i8"),
+        ("home", "i8"),  # 1: routes lead to stations, 0: to cells
     ],
     align=True,
 )
@@ -56,18 +60,30 @@ class Search:
         nodes: NODE[P].
         buckets: int32[BUCKETS], the first cell of each, used in turn; -1 for none.
         state: SEARCH[1].
+
+    Args:
+        frame: the grid.
+        costs: what moving costs.
+        beside: a search to cells, whose nodes this one to stations shares.
     """
 
-    def __init__(self, frame: GridFrame, costs: RouteCosts) -> None:
+    def __init__(self, frame: GridFrame, costs: RouteCosts, beside: Search | None = None) -> None:
         size = (frame.rows + 2) * (frame.columns + 2)
         self.toll = np.full(size, OUTSIDE, dtype=np.int32)
-        self.nodes = np.zeros(size, dtype=NODE)
+        self.nodes: NDArray[np.void] = np.zeros(size, NODE) if beside is None else beside.nodes
         self.buckets = np.full(BUCKETS, -1, dtype=np.int32)
-        most = 4 * costs.diagonal * (costs.base + 1000 + costs.beside + costs.standing)
+        most = (
+            4
+            * costs.diagonal
+            * (costs.base + 1000 + costs.beside + costs.standing + costs.unproven)
+        )
         self.state = np.zeros(1, dtype=SEARCH)
         state = self.state[0]
-        for name in ("straight", "diagonal", "base", "least", "beside", "standing"):
+        for name in (
+            "straight", "diagonal", "base", "least", "beside", "standing", "unproven", "proven",
+        ):  # fmt: skip
             state[name] = getattr(costs, name)
         state["bits"] = max(0, most.bit_length() - (BUCKETS.bit_length() - 2))
         state["columns"] = frame.columns
         state["filled_high"] = frame.rows - 1
+        state["home"] = state["count"] = 0 if beside is None else 1

@@ -41,7 +41,7 @@ class BatteryParameters(Parameters):
     start_max: Share = Field(
         1.0, description="upper end of the uniform range of the initial charge, as a share"
     )
-    charge_below: Share = Field(0.25, description="CHR mode starts below this share")
+    charge_below: Share = Field(0.25, description="CHR mode starts below this share of the charge")
     charge_per_step: float = Field(
         10.0, gt=0.0, le=1e9, description="charge gained per step at a station, in steps"
     )
@@ -49,7 +49,8 @@ class BatteryParameters(Parameters):
         1.5, gt=0.0, le=1000.0, description="largest distance at which a station charges"
     )
     return_rule: Literal["threshold", "distance"] = Field(
-        "threshold", description="'distance': also keep enough charge for the way back"
+        "threshold",
+        description="'distance': CHR mode also starts when only enough is left for the way back",
     )
 
     @model_validator(mode="after")

@@ -16,7 +16,7 @@ from swarmscout.core.errors import WorldError, did_you_mean
 from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.morphology import fits
 from swarmscout.worlds.reachability import distance_along_ground, standing_places, start_cell
-from swarmscout.worlds.stations import derive_stations
+from swarmscout.worlds.stations import derive_starts, derive_stations
 from swarmscout.worlds.world import World
 
 __all__ = ["place_robots", "place_stations"]
@@ -58,8 +58,9 @@ def place_robots(
     Args:
         world: a world.
         robots: how many.
-        start: ``"one-place"`` (the places nearest to the stations along the ground; to the start
-            where stations were set by hand) or ``"spread"`` (anywhere that can be reached).
+        start: ``"one-place"`` (near the start along the ground: round places like those of
+            stations, but 4 m apart; round the start where stations were set by hand) or
+            ``"spread"`` (anywhere that can be reached).
         rng: chooses among the places and assigns them to robots.
         radius_m: a robot's radius, in metres.
 
@@ -101,9 +102,12 @@ def _places_near_start(
     place = standing_places(world, radius_m)
     sources = [start_cell(world, radius_m)]
     if world.stations_m is None:
-        # Where there is no room for the stations there is none for the robots: count those.
+        # Where there is no room for these there is none for the robots: count those.
+        count = math.ceil(robots / ROBOTS_PER_STATION)
         with suppress(WorldError):
-            at = world.frame.cells_of(place_stations(world, robots)).tolist()
+            at = world.frame.cells_of(
+                world.once(("starts", count), lambda: derive_starts(world, count))
+            ).tolist()
             sources = [(row, col) for row, col in at if place[row, col]] or sources
     wanted = math.ceil(robots * _CHOICE)
     # Look no farther than needed: twice the radius of a half-filled disc, and then farther.

@@ -1,0 +1,355 @@
+"""Charging: when the way home asks for it, at which station, and at which place there.
+
+A robot knows a way to a station that is no longer than the one it last looked up and what it has
+driven since, for it can drive back as it came. Only when its charge would not suffice for that
+does it look the way up again, on its own map. So few searches are needed, and those of robots with
+the same map are one, since all look in the same steps.
+
+Of several stations it takes the one with the least sum of way and queue, from what it has heard of
+robots that charge or go to charge. Near it, it takes a place inside the range that no other robot
+has taken; where two took the same in one step, the one with more charge takes another. If
+there is none it waits where it is, and those with the least charge go first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmscout.core.cells import cell_of, offset
+from swarmscout.core.enums import CHARGE, EXPLORE, FORWARD, NO_CONTACT
+from swarmscout.core.grid import GridFrame
+from swarmscout.core.jit import inlined, kernel
+from swarmscout.mapping.footprint import TIGHT
+from swarmscout.planning.route_table import NO_PLACE, NOWHERE, STATION, WAITS
+
+__all__ = [
+    "DOCKING",
+    "ChargingRules",
+    "ask_ways",
+    "choose_places",
+    "docking_rules",
+    "take_stations",
+    "take_ways",
+    "weigh_stations",
+]
+
+DOCKING = np.dtype(
+    [
+        ("origin_x_m", "f8"),  # the grid's frame
+        ("origin_y_m", "f8"),
+        ("cell_m", "f8"),
+        ("rows", "i8"),
+        ("columns", "i8"),
+        ("range_m", "f8"),  # of a station
+        ("near_m", "f8"),  # this near to its station a robot takes a place there, or waits
+        ("apart_m", "f8"),  # places are at least so far from each other and from what stands there
+        ("forward_m", "f8"),
+        ("share_per_m", "f8"),  # charge that the way takes, see ChargingRules
+        ("share_reserve", "f8"),
+        ("crowd", "i8"),  # cost of a robot that charges at a station or is on its way there …
+        ("wait", "i8"),  # … and for the time in which it blocks a place, if all are taken
+    ],
+    align=True,
+)
+"""How robots get to a station and to a place there."""
+
+LOOK_EVERY = 5
+"""Robots look their way home up in the same steps, so that one search serves many."""
+
+HEARD_STEPS = 50
+"""What was said longer ago does not count any more."""
+
+STANDS_STEPS = 3
+"""A robot that has not moved for so long keeps the places round it taken."""
+
+CROWD_M = 1.0
+"""Each robot at a station, or on its way there, counts as much as so much more way."""
+
+NEAR_M = 1.5
+"""So far outside the range robots take a place, or wait for one."""
+
+MARGIN_M = 0.2
+"""Between bodies in neighbouring places there is at least so much room."""
+
+
+@dataclass(frozen=True)
+class ChargingRules:
+    """What a robot knows of its battery and of stations.
+
+    Attributes:
+        range_m: the largest distance at which a station charges.
+        share_per_m, share_reserve: charge, as shares of the capacity, that the way home takes per
+            metre, and a reserve; both 0: the way does not matter.
+        occupied_m: the way that a robot drives in the time in which another one charges.
+    """
+
+    range_m: float = 1.5
+    share_per_m: float = 0.0
+    share_reserve: float = 0.0
+    occupied_m: float = 5.0
+
+
+def docking_rules(
+    frame: GridFrame, charging: ChargingRules, radius_m: float, forward_m: float
+) -> NDArray[np.void]:
+    """DOCKING[1].
+
+    Args:
+        frame: the grid. charging: batteries and stations.
+        radius_m: half of a robot's diameter. forward_m: length of one move.
+    """
+    rules = np.zeros(1, dtype=DOCKING)
+    rule = rules[0]
+    for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
+        rule[name] = getattr(frame, name)
+    for name in ("range_m", "share_per_m", "share_reserve"):
+        rule[name] = getattr(charging, name)
+    rule["near_m"] = charging.range_m + NEAR_M
+    rule["apart_m"] = 2.0 * radius_m + MARGIN_M
+    rule["forward_m"] = forward_m
+    # In the unit of costs, see RouteCosts.
+    rule["crowd"] = round(2e6 * CROWD_M)
+    rule["wait"] = round(2e6 * charging.occupied_m)
+    return rules
+
+
+@kernel
+def ask_ways(own, ear, action, contact, home, rules, step):  # type: ignore[no-untyped-def]
+    """Keep account of each robot's way home, and find out who has to look it up again.
+
+    Args:
+        own: MIND[N], `way_m` is written; ear: int64[N], see ``Knowledge``.
+        action, contact: int64[N], what each robot did last, and what it felt.
+        home: ROUTE[N], written: the ways that are looked up.
+        rules: DOCKING[1]; step: the current step.
+
+    Returns:
+        How many robots look.
+    """
+    rules = rules[0]
+    asks = 0
+    for i in range(own.shape[0]):
+        me = own[i]
+        route = home[i]
+        route.need = 0
+        if not me.thinks:
+            continue
+        if me.mode != EXPLORE:
+            # It will explore again when it has charged, and is at a station then.
+            me.way_m = rules.range_m
+            continue
+        if action[i] == FORWARD and contact[i] == NO_CONTACT:
+            me.way_m += rules.forward_m
+        needed = me.way_m * rules.share_per_m + rules.share_reserve
+        if step % LOOK_EVERY == 0 and me.charge < needed:
+            route.need = 1
+            route.wanted = STATION
+            route.here = cell_of(me.x_m, me.y_m, rules)
+            route.map = ear[i]
+            route.end = -1
+            route.goal = NOWHERE
+            asks += 1
+    return asks
+
+
+@kernel
+def take_ways(own, home, stations, length_m):  # type: ignore[no-untyped-def]
+    """Take over the ways that were looked up.
+
+    Args:
+        own: MIND[N], `way_m` is written.
+        home: ROUTE[N], see :func:`ask_ways`.
+        stations: float64[k, 2].
+        length_m: of a move, for costs that are no lengths; 0: costs are lengths.
+    """
+    for i in range(own.shape[0]):
+        route = home[i]
+        if route.goal != STATION:
+            continue
+        route.goal = NOWHERE
+        me = own[i]
+        if route.cost >= 0:
+            me.way_m = route.length * length_m if length_m > 0.0 else route.cost / 2e6
+        elif me.way_m == np.inf:
+            # Its map shows no way yet: twice the straight one, until it has seen more.
+            for s in range(stations.shape[0]):
+                dx = stations[s, 0] - me.x_m
+                dy = stations[s, 1] - me.y_m
+                me.way_m = min(me.way_m, 2.0 * (dx * dx + dy * dy) ** 0.5)
+
+
+@kernel
+def weigh_stations(heard, routes, status, stations, places, queues, rules, step):  # type: ignore[no-untyped-def]
+    """What queueing at each station costs, as the robots know that look for one.
+
+    Args:
+        heard: BEACON[R, N], see ``Knowledge``; routes: ROUTE[N].
+        status: uint8[R, C'], see ``OccupancyGrids``.
+        stations: float64[k, 2]; places: int64[k, P], see ``lay_places``.
+        queues: int64[R, k], written for the rows of robots that look.
+        rules: DOCKING[1]; step: the current step.
+    """
+    rules = rules[0]
+    if stations.shape[0] == 0:
+        return
+    for i in range(routes.shape[0]):
+        if routes[i].need == 1 and routes[i].wanted == STATION:
+            queues[routes[i].map, 0] = -1
+    for i in range(routes.shape[0]):
+        m = routes[i].map
+        if routes[i].need != 1 or routes[i].wanted != STATION or queues[m, 0] >= 0:
+            continue
+        queues[m] = 0
+        for j in range(heard.shape[1]):
+            s = heard[m, j].station
+            if heard[m, j].step >= max(0, step - HEARD_STEPS) and s >= 0:
+                queues[m, s] += 1
+        for s in range(stations.shape[0]):
+            load = queues[m, s]
+            room = 0
+            for cell in places[s]:
+                room += cell >= 0 and not status[m, cell] & TIGHT
+            queues[m, s] = load * rules.crowd
+            queues[m, s] += max(0, load + 1 - room) * rules.wait // max(1, room)
+
+
+@kernel
+def take_stations(own, routes, docks, queues):  # type: ignore[no-untyped-def]
+    """A robot that was free to choose takes the station that its route leads to.
+
+    Args:
+        own: MIND[N], `station` is written; routes: ROUTE[N], `goal` is written.
+        docks: int64[n, 2], see ``dock_cells``; queues: int64[R, k].
+    """
+    for i in range(own.shape[0]):
+        me = own[i]
+        route = routes[i]
+        if me.mode != CHARGE:
+            continue
+        if route.goal < STATION and route.failed_until > 0:
+            # No way leads there: next time it asks for any.
+            me.station = -1
+        if route.goal != STATION or route.cost < 0:
+            continue
+        for d in range(docks.shape[0]):
+            s = docks[d, 1]
+            if docks[d, 0] == route.end and (
+                me.station < 0 or queues[route.map, s] < queues[route.map, me.station]
+            ):
+                me.station = s
+        route.goal = STATION - 1 - me.station
+
+
+@inlined
+def _squared(cell, x, y, rules):  # type: ignore[no-untyped-def]
+    """Squared distance of a point from the centre of a cell."""
+    dx, dy = offset(cell, x, y, rules)
+    return dx * dx + dy * dy
+
+
+@inlined
+def _gives_way(heard, i, step):  # type: ignore[no-untyped-def]
+    """Whether another robot, with less charge, has taken the same place as i."""
+    mine = heard[i]
+    for j in range(heard.shape[0]):
+        if j == i or heard[j].step != step or heard[j].place != mine.place:
+            continue
+        if heard[j].charge < mine.charge or (heard[j].charge == mine.charge and j < i):
+            return True
+    return False
+
+
+@inlined
+def _look_round(heard, still, i, x, y, places, taken, rules, step):  # type: ignore[no-untyped-def]
+    """Mark the places of a station at (x, y) that are taken; returns how many go before i."""
+    for p in range(places.shape[0]):
+        taken[p] = False
+    ahead = 0
+    for j in range(heard.shape[0]):
+        other = heard[j]
+        if j == i or other.step < max(0, step - HEARD_STEPS):
+            continue
+        dx = other.x_m - x
+        dy = other.y_m - y
+        if dx * dx + dy * dy > rules.near_m * rules.near_m:
+            continue
+        if other.place == WAITS and other.station == heard[i].station:
+            ahead += other.charge < heard[i].charge or (other.charge == heard[i].charge and j < i)
+        stands = still[j] >= STANDS_STEPS
+        for p in range(places.shape[0]):
+            near = stands and _squared(places[p], other.x_m, other.y_m, rules) < rules.apart_m**2
+            taken[p] = taken[p] or other.place == places[p] or near
+    return ahead
+
+
+@inlined
+def _nearest_free(me, status, places, taken, tried, ahead, rules):  # type: ignore[no-untyped-def]
+    """The free place nearest to a robot; WAITS if others go first, NO_PLACE if none is of use."""
+    usable = 0
+    free = 0
+    best = NO_PLACE
+    least = np.inf
+    for p in range(places.shape[0]):
+        if places[p] < 0 or status[places[p]] & TIGHT != 0 or tried & (1 << p):
+            continue
+        usable += 1
+        if taken[p]:
+            continue
+        free += 1
+        away = _squared(places[p], me.x_m, me.y_m, rules)
+        if away < least:
+            best = places[p]
+            least = away
+    if usable == 0:
+        return NO_PLACE
+    return best if free > ahead else WAITS
+
+
+@kernel
+def choose_places(own, ear, heard, still, status, routes, stations, places, rules, step):  # type: ignore[no-untyped-def]
+    """Near its station, each robot that charges takes a free place inside the range, or waits.
+
+    Args:
+        own: MIND[N], `station` and `place` are written; ear: int64[N], see ``Knowledge``.
+        heard: BEACON[R, N], still: int64[R, N], see ``Knowledge``.
+        status: uint8[R, C'], see ``OccupancyGrids``.
+        routes: ROUTE[N], see ``RouteTable``; `tried` is written.
+        stations: float64[k, 2]; places: int64[k, P], see ``lay_places``.
+        rules: DOCKING[1]; step: the current step.
+    """
+    rules = rules[0]
+    taken = np.empty(places.shape[1], dtype=np.bool_)
+    for i in range(own.shape[0]):
+        me = own[i]
+        route = routes[i]
+        if not me.thinks:
+            continue
+        if me.mode != CHARGE:
+            me.station = -1
+            me.place = NO_PLACE
+            route.tried = 0
+            continue
+        if me.station < 0:
+            continue
+        x = stations[me.station, 0]
+        y = stations[me.station, 1]
+        if (me.x_m - x) ** 2 + (me.y_m - y) ** 2 > rules.near_m * rules.near_m:
+            me.place = NO_PLACE
+            continue
+        row = heard[ear[i]]
+        if me.place >= 0:
+            failed = route.goal == me.place and route.failed_until > 0
+            # Who stands at its place keeps it.
+            if not failed and (route.at >= route.length or not _gives_way(row, i, step)):
+                continue
+            if failed:
+                for p in range(places.shape[1]):
+                    if places[me.station, p] == me.place:
+                        route.tried |= 1 << p
+        ahead = _look_round(row, still[ear[i]], i, x, y, places[me.station], taken, rules, step)
+        me.place = _nearest_free(
+            me, status[ear[i]], places[me.station], taken, route.tried, ahead, rules
+        )
