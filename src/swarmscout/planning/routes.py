@@ -93,10 +93,10 @@ class Planner:
         grid["long_still"] = LONG_STILL_STEPS
         grid["most_off"] = most_off
         grid["waypoint_m"] = max(0.5 * frame.cell_m, 1.05 * vehicle.forward_m / (2.0 * cosine))
+        grid["radius_m"] = vehicle.radius_m
         grid["half_width_m"] = vehicle.radius_m + SIDE_ROOM_M
         grid["stride"] = max(1, round(STRIDE_M / frame.cell_m))
-        # A robot turns once more where that brings it nearer to its course.
-        grid["least_off"] = turn_ticks // 2
+        grid["turn_ticks"] = turn_ticks
         grid["ahead_m"] = vehicle.forward_m + vehicle.radius_m
         grid["dock_m"] = vehicle.dock_m
 
