@@ -8,7 +8,7 @@ rotations). With half a turn, the least that is possible, it would turn to and f
 Deviation: the waypoint is the farthest of the next cells of the route to which the straight way
 has room for the robot. Headings are 40° apart and a grid's moves 45°: from cell to cell it would
 turn at nearly every one. And where a move at its heading would bring it near to what is occupied, a
-robot turns as far towards its waypoint as its rotations allow.
+robot takes the heading on the other side of its course.
 """
 
 from __future__ import annotations
@@ -39,10 +39,11 @@ DRIVING = np.dtype(
         ("still_m", "f8"),  # a robot that stays within this distance stands
         ("progress_cells", "i8"),  # so many cells less to the goal are progress
         ("most_off", "i8"),  # a robot whose heading is off by more turns, in ticks
-        ("least_off", "i8"),  # or by more than this where its move would come near a wall
+        ("turn_ticks", "i8"),  # of one rotation
         ("ahead_m", "f8"),  # what has to be free of walls for a move
         ("stride", "i8"),  # cells between two that may be waypoints
         ("waypoint_m", "f8"),  # this near to a cell of the route, the robot goes on to the next
+        ("radius_m", "f8"),  # of a robot
         ("half_width_m", "f8"),  # of the lane that has to be free on the way to a waypoint
         ("dock_m", "f8"),  # near enough to a station to charge
     ],
@@ -103,12 +104,12 @@ def _line_is_free(status, u, v, du, dv, grid, body):  # type: ignore[no-untyped-
 
 
 @inlined
-def _lane_is_free(status, x, y, dx, dy, grid):  # type: ignore[no-untyped-def]
+def _lane_is_free(status, x, y, dx, dy, half_width_m, grid):  # type: ignore[no-untyped-def]
     """Whether a straight lane from (x, y) by (dx, dy) has room for a robot.
 
     What lies between its sides and is occupied leaves no room in its middle.
     """
-    across = grid.half_width_m / (dx * dx + dy * dy) ** 0.5
+    across = half_width_m / (dx * dx + dy * dy) ** 0.5
     for side in (0.0, -across, across):
         u = (x - side * dy - grid.origin_x_m) / grid.cell_m
         v = (y + side * dx - grid.origin_y_m) / grid.cell_m
@@ -222,7 +223,7 @@ def _next_waypoint(me, route, cells, status, sight, grid):  # type: ignore[no-un
         route.at += 1
     for a in range(min(longest, route.at + sight) - 1, route.at, -grid.stride):
         far_x, far_y = offset(cells[a], me.x_m, me.y_m, grid)
-        if not _lane_is_free(status, me.x_m, me.y_m, far_x, far_y, grid):
+        if not _lane_is_free(status, me.x_m, me.y_m, far_x, far_y, grid.half_width_m, grid):
             continue
         # What lies before it is as good as driven once the robot is nearer to what follows.
         while route.at < a:
@@ -237,11 +238,31 @@ def _next_waypoint(me, route, cells, status, sight, grid):  # type: ignore[no-un
 
 
 @inlined
-def _may_move(status, me, headings, grid):  # type: ignore[no-untyped-def]
-    """Whether a move at a robot's heading keeps clear of what is known to be occupied."""
-    dx = grid.ahead_m * headings[me.heading, 0]
-    dy = grid.ahead_m * headings[me.heading, 1]
-    return _lane_is_free(status, me.x_m, me.y_m, dx, dy, grid)
+def _may_move(status, me, heading, headings, grid):  # type: ignore[no-untyped-def]
+    """Whether a move at a heading keeps clear of what is known to be occupied."""
+    dx = grid.ahead_m * headings[heading, 0]
+    dy = grid.ahead_m * headings[heading, 1]
+    return _lane_is_free(status, me.x_m, me.y_m, dx, dy, grid.radius_m, grid)
+
+
+@inlined
+def _course(status, me, dx, dy, headings, grid):  # type: ignore[no-untyped-def]
+    """The heading at which a robot drives to a waypoint at (dx, dy); -1: it has to turn there first.
+
+    Of the two headings on either side of the way it drives at the one that keeps clear of walls.
+    """
+    enough = headings[grid.most_off, 0] * (dx * dx + dy * dy) ** 0.5
+    along = dx * headings[me.heading, 0] + dy * headings[me.heading, 1]
+    if along < enough:
+        return -1
+    if not _may_move(status, me, me.heading, headings, grid):
+        left = dy * headings[me.heading, 0] - dx * headings[me.heading, 1] > 0.0
+        turn = grid.turn_ticks if left else -grid.turn_ticks
+        other = (me.heading + turn) % headings.shape[0]
+        turned = dx * headings[other, 0] + dy * headings[other, 1]
+        if turned >= enough and (turned > along or _may_move(status, me, other, headings, grid)):
+            return other
+    return me.heading
 
 
 @inlined
@@ -367,9 +388,4 @@ def steer(own, ear, status, touch, stations, routes, cells, headings, grid, step
         if route.length > 0:
             route.wish_x_m = dx
             route.wish_y_m = dy
-            route.most_off = grid.most_off
-            along = dx * headings[me.heading, 0] + dy * headings[me.heading, 1]
-            if along < headings[grid.least_off, 0] * (dx * dx + dy * dy) ** 0.5 and not _may_move(
-                status[ear[i]], me, headings, grid
-            ):
-                route.most_off = grid.least_off
+            route.course = _course(status[ear[i]], me, dx, dy, headings, grid)

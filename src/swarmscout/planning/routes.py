@@ -124,8 +124,7 @@ class Planner:
         grid["half_width_m"] = vehicle.radius_m + SIDE_ROOM_M
         grid["stride"] = max(1, round(STRIDE_M / frame.cell_m))
         grid["most_off"] = most_off
-        # A robot turns once more where that brings it nearer to its course.
-        grid["least_off"] = turn_ticks // 2
+        grid["turn_ticks"] = turn_ticks
         grid["ahead_m"] = vehicle.forward_m + vehicle.radius_m
         grid["dock_m"] = vehicle.dock_m
         self._rights = _rights(frame, vehicle)
