@@ -21,9 +21,7 @@ from swarmscout.core.enums import EXPLORE
 WINDOW_STEPS, WITHIN_M, OFF_STATION_M = 60, 0.5, 3.0
 
 
-def stuck_steps(
-    places: NDArray[np.float64], wanting: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
+def stuck_steps(places: NDArray[np.float64], wanting: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which steps belong to a stretch of 60 in which a robot wants to drive and gets nowhere.
 
     Args:
@@ -99,9 +97,7 @@ def main() -> None:
         "steps": given.steps,
         "destinations": given.destinations,
         "teams": {"members": given.members},
-        "battery": {"enabled": False}
-        if given.battery == "off"
-        else {"return_rule": given.battery},
+        "battery": {"enabled": False} if given.battery == "off" else {"return_rule": given.battery},
     }
     if given.start:
         keys["start"] = given.start

@@ -254,9 +254,7 @@ def _second_leg(price, route, near, x, y, gx, gy, start, step, rules):  # type: 
         return moves
     scale = rules.forward_m / away
     most = min(3, int(math.ceil(moves)))
-    free = _free_moves(
-        price, route, near, x, y, dx * scale, dy * scale, start, most, step, rules
-    )
+    free = _free_moves(price, route, near, x, y, dx * scale, dy * scale, start, most, step, rules)
     return moves + (STOP_COST - free if free < most else 0.0)
 
 
@@ -283,9 +281,7 @@ def _best_detour(me, price, route, near, wanted, step, headings, rules):  # type
         turns = abs(_turns(me.heading, heading, rules.turn_ticks, ticks))
         dx = rules.forward_m * headings[heading, 0]
         dy = rules.forward_m * headings[heading, 1]
-        free = _free_moves(
-            price, route, near, me.x_m, me.y_m, dx, dy, turns, MOVES, step, rules
-        )
+        free = _free_moves(price, route, near, me.x_m, me.y_m, dx, dy, turns, MOVES, step, rules)
         for m in range(1, free + 1):
             spent = turns + m + abs(side) * rules.aside
             time = spent + _second_leg(
@@ -315,7 +311,10 @@ def _way_back(me, price, route, near, step, headings, rules):  # type: ignore[no
     best = -math.inf
     best_heading = 0
     best_moves = 0
-    for k in range(-(ticks // (2 * rules.turn_ticks * rules.aside)), 1 + ticks // (2 * rules.turn_ticks * rules.aside)):
+    for k in range(
+        -(ticks // (2 * rules.turn_ticks * rules.aside)),
+        1 + ticks // (2 * rules.turn_ticks * rules.aside),
+    ):
         turns = k * rules.aside
         heading = (me.heading + turns * rules.turn_ticks) % ticks
         dx = rules.forward_m * headings[heading, 0]
