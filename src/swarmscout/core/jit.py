@@ -33,6 +33,7 @@ SHARED = (
     "core/events.py",
     "mapping/occupancy.py",
     "minds/modes.py",
+    "planning/neighbours.py",
     "planning/route_table.py",
     "planning/search_memory.py",
     "worlds/meshes/tiles.py",

@@ -15,7 +15,8 @@ from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import Minds
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.following import DRIVING, find_needs, mark_standing, steer
-from swarmscout.planning.right_of_way import RIGHTS, keep_clear
+from swarmscout.planning.neighbours import RIGHTS
+from swarmscout.planning.right_of_way import keep_clear
 from swarmscout.planning.route_table import RouteTable, blank_routes
 from swarmscout.planning.search import plan_routes, route_cost_field
 from swarmscout.planning.search_memory import Search
