@@ -28,7 +28,7 @@ def left_to_go(trip: Trip, goals: list[int]) -> np.ndarray:
 def test_robots_on_a_circle_change_places_without_a_touch(robots: int) -> None:
     angles = 2.0 * math.pi * np.arange(robots) / robots
     ways = np.column_stack((np.cos(angles), np.sin(angles)))
-    starts = np.array([2.1, 5.1]) + 2.5 * ways
+    starts = (np.array([2.1, 5.1]) + 2.5 * ways).astype(np.float64)
     headings = (np.round(angles * TICKS / (2.0 * math.pi)).astype(np.int64) + 1800) % TICKS
     trip = Trip(open_world(), 0.25, starts, headings)
     goals = [cell_at(trip, *(np.array([2.1, 5.1]) - 2.5 * way)) for way in ways]
