@@ -28,7 +28,7 @@ def left_to_go(trip: Trip, goals: list[int]) -> np.ndarray:
 def test_robots_on_a_circle_change_places_without_a_touch(robots: int) -> None:
     angles = 2.0 * math.pi * np.arange(robots) / robots
     ways = np.column_stack((np.cos(angles), np.sin(angles)))
-    starts = (np.array([2.1, 5.1]) + 2.5 * ways).astype(np.float64)
+    starts = np.array([2.1, 5.1]) + 2.5 * ways
     headings = (np.round(angles * TICKS / (2.0 * math.pi)).astype(np.int64) + 1800) % TICKS
     trip = Trip(open_world(), 0.25, starts, headings)
     goals = [cell_at(trip, *(np.array([2.1, 5.1]) - 2.5 * way)) for way in ways]
@@ -49,7 +49,8 @@ def test_robots_on_a_circle_change_places_without_a_touch(robots: int) -> None:
 def test_nobody_drives_into_a_place_that_it_knows_to_be_taken(seed: int) -> None:
     rng = np.random.default_rng(seed)
     places = rng.permutation(49)[:20]
-    starts = np.column_stack((places % 7, places // 7)) * 0.35 + (1.0, 4.0)
+    lattice = np.column_stack((places % 7, places // 7)).astype(np.float64)
+    starts = 0.35 * lattice + np.array([1.0, 4.0])
     trip = Trip(open_world(), 0.5, starts, rng.integers(0, TICKS, 20))
     trip.minds.own["target"] = [
         cell_at(trip, *rng.uniform((-1.5, 1.5), (5.5, 8.5))) for _ in starts
