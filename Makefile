@@ -10,7 +10,7 @@ BIN := $(VENV)/bin
 # Folder with extra worlds for the tests; they are skipped with a reason where it is not set.
 export SWARMSCOUT_EXTRA_WORLDS ?=
 
-.PHONY: demo test test-llm fuzz-llm package test-wheel test-pythons test-quick mutants benchmark charging results clean
+.PHONY: demo test test-llm fuzz-llm fuzz-fan package test-wheel test-pythons test-quick mutants benchmark charging results clean
 
 # A small mission, so that it takes two or three minutes; no time limit changes a decision. One thread
 # a server: several would spin while they wait for each other on a busy machine.
@@ -37,6 +37,11 @@ test-llm: $(VENV)/developed
 # Hostile replies and cassettes, a hundred thousand of each.
 fuzz-llm: $(VENV)/developed
 	$(BIN)/python tests/llm/fuzz.py 100000
+
+# Ten thousand small missions with members that fan out: none may end in robots that turn for ever.
+fuzz-fan: $(VENV)/developed
+	$(BIN)/python tests/mission/fuzz_fan.py 10000
+
 # The distribution for a package index, and whether its README renders there.
 package: $(VENV)/developed
 	rm -rf dist

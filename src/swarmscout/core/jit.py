@@ -34,6 +34,7 @@ SHARED = (
     "mapping/footprint.py",
     "mapping/occupancy.py",
     "minds/modes.py",
+    "planning/neighbours.py",
     "planning/route_table.py",
     "planning/search_memory.py",
     "worlds/meshes/tiles.py",

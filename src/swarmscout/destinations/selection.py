@@ -116,7 +116,7 @@ class Destinations:
             self._fan = _record(FAN, setting.frame, renewal, task)
             self._fan["fan_m"], self._fan["turn_m"] = dispersal.fan_m, dispersal.fan_turn_m
             self._fan["apart_m"] = dispersal.fan_apart_m
-            # A change of mind costs as much as turning by a radian: turning to and fro does not pay.
+            # A change of mind costs as much as a turn by a radian, so swapping does not pay.
             self._fan["keep_m"] = dispersal.fan_turn_m + setting.forward_m
 
     def decide(

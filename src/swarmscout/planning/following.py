@@ -43,7 +43,6 @@ DRIVING = np.dtype(
         ("ahead_m", "f8"),  # what has to be free of walls for a move
         ("stride", "i8"),  # cells between two that may be waypoints
         ("waypoint_m", "f8"),  # this near to a cell of the route, the robot goes on to the next
-        ("radius_m", "f8"),  # of a robot
         ("half_width_m", "f8"),  # of the lane that has to be free on the way to a waypoint
         ("dock_m", "f8"),  # near enough to a station to charge
     ],

@@ -24,53 +24,21 @@ import numpy as np
 from swarmscout.core.enums import FORWARD, LEFT, OCCUPIED, RIGHT, STOP
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
-
-__all__ = ["RIGHTS", "keep_clear"]
-
-RIGHTS = np.dtype(
-    [
-        ("origin_x_m", "f8"),  # the grid's frame
-        ("origin_y_m", "f8"),
-        ("cell_m", "f8"),
-        ("rows", "i8"),
-        ("columns", "i8"),
-        ("edge_m", "f8"),  # of the buckets in which robots look for each other
-        ("bucket_rows", "i8"),
-        ("bucket_columns", "i8"),
-        ("radius_m", "f8"),  # the robots' body
-        ("forward_m", "f8"),
-        ("turn_ticks", "i8"),
-        ("aside", "i8"),  # turns between two headings that are compared
-    ],
-    align=True,
+from swarmscout.planning.neighbours import (
+    FAR,
+    MOST_NEAR,
+    MOVES,
+    NEIGHBOUR,
+    empty_buckets,
+    fill_buckets,
+    look_round,
+    turns_to,
 )
-"""How robots keep clear of each other."""
 
-NEIGHBOUR = np.dtype(
-    [
-        ("x_m", "f8"),
-        ("y_m", "f8"),
-        ("dx_m", "f8"),  # one move in the direction in which it means to drive
-        ("dy_m", "f8"),
-        ("starts", "i8"),  # turns until it looks there; FAR: it stands
-        ("wants", "?"),  # it wants to drive
-        ("first", "?"),  # it goes first
-        ("now", "?"),  # it was heard in this step
-    ],
-    align=True,
-)
-"""What a robot expects of one that is near."""
+__all__ = ["keep_clear"]
 
-MOST_NEAR = 48
-MOVES = 5
-"""So many moves are looked ahead."""
 WAITS = 3
 """So many steps a robot waits for others to pass."""
-TURN_STEPS = 20
-"""For so many steps the same robots go first."""
-BUSY_STEPS = 6
-"""Who has not got away for so long is not expected to drive on: two would wait for each other."""
-FAR = 1 << 20
 ALONE, JAMMED, TAKEN = 0, 1, 2
 PATIENCE_STEPS = 4
 """Among others that want to drive on a robot waits for its turn, but not for ever."""
@@ -93,91 +61,6 @@ def _way_distance2(x, y, dx, dy, px, py):  # type: ignore[no-untyped-def]
     ex = x + t * dx - px
     ey = y + t * dy - py
     return ex * ex + ey * ey
-
-
-@inlined
-def _turns(heading, wanted, turn, ticks):  # type: ignore[no-untyped-def]
-    """How many turns, to the left if positive, bring a heading nearest to another one."""
-    off = (wanted - heading + ticks // 2) % ticks - ticks // 2
-    turns = (abs(off) + turn // 2) // turn
-    return turns if off > 0 else -turns
-
-
-@inlined
-def _bucket(x, y, rules):  # type: ignore[no-untyped-def]
-    """The bucket that a believed position falls into; those off the map fall into the rim."""
-    row = int(math.floor((y - rules.origin_y_m) / rules.edge_m))
-    col = int(math.floor((x - rules.origin_x_m) / rules.edge_m))
-    row = min(rules.bucket_rows - 1, max(0, row))
-    return row * rules.bucket_columns + min(rules.bucket_columns - 1, max(0, col))
-
-
-@inlined
-def _fill(heard, chain, rules):  # type: ignore[no-untyped-def]
-    """Put the robots that a row has heard of into buckets."""
-    buckets = rules.bucket_rows * rules.bucket_columns
-    for j in range(heard.shape[0] - 1, -1, -1):
-        if heard[j].step >= 0:
-            b = _bucket(heard[j].x_m, heard[j].y_m, rules)
-            chain[buckets + j] = chain[b]
-            chain[b] = j
-
-
-@inlined
-def _empty(heard, chain, rules):  # type: ignore[no-untyped-def]
-    """Empty the buckets again."""
-    for j in range(heard.shape[0]):
-        if heard[j].step >= 0:
-            chain[_bucket(heard[j].x_m, heard[j].y_m, rules)] = -1
-
-
-@inlined
-def _expect(near, beacon, i, j, robots, step, headings, rules):  # type: ignore[no-untyped-def]
-    """Write down what is expected of robot j."""
-    near.x_m = beacon.x_m
-    near.y_m = beacon.y_m
-    near.now = beacon.step == step
-    near.wants = near.now and beacon.aim >= 0
-    near.dx_m = 0.0
-    near.dy_m = 0.0
-    near.starts = FAR
-    if near.wants and beacon.still < BUSY_STEPS:
-        near.dx_m = rules.forward_m * headings[beacon.aim, 0]
-        near.dy_m = rules.forward_m * headings[beacon.aim, 1]
-        ticks = headings.shape[0]
-        near.starts = abs(_turns(beacon.heading, beacon.aim, rules.turn_ticks, ticks))
-    shift = step // TURN_STEPS
-    near.first = (j + shift) % robots < (i + shift) % robots
-
-
-@inlined
-def _look_round(me, heard, chain, near, i, step, headings, rules):  # type: ignore[no-untyped-def]
-    """List the neighbours that a robot can meet within the moves looked ahead; returns how many.
-
-    In a dense crowd it looks less far.
-    """
-    robots = heard.shape[0]
-    buckets = rules.bucket_rows * rules.bucket_columns
-    reach = 2.0 * MOVES * rules.forward_m + 2.0 * rules.radius_m
-    while True:
-        n = 0
-        first = _bucket(me.x_m - reach, me.y_m - reach, rules)
-        last = _bucket(me.x_m + reach, me.y_m + reach, rules)
-        columns = rules.bucket_columns
-        for row in range(first // columns, last // columns + 1):
-            for col in range(first % columns, last % columns + 1):
-                j = chain[row * columns + col]
-                while j >= 0:
-                    dx = heard[j].x_m - me.x_m
-                    dy = heard[j].y_m - me.y_m
-                    if j != i and dx * dx + dy * dy <= reach * reach:
-                        if n < near.shape[0]:
-                            _expect(near[n], heard[j], i, j, robots, step, headings, rules)
-                        n += 1
-                    j = chain[buckets + j]
-        if n <= near.shape[0]:
-            return n
-        reach *= 0.7
 
 
 @inlined
@@ -274,14 +157,14 @@ def _best_detour(me, status, route, near, wanted, step, headings, rules):  # typ
     best_moves = 0
     gx = me.x_m + route.wish_x_m
     gy = me.y_m + route.wish_y_m
-    straight = _turns(me.heading, wanted, rules.turn_ticks, ticks)
+    straight = turns_to(me.heading, wanted, rules.turn_ticks, ticks)
     half = ticks // (2 * rules.turn_ticks * rules.aside)
     for k in range(2 * half + 1):
         # Right before left: among equals robots keep right.
         side = -(k + 1) // 2 if k % 2 == 1 else k // 2
         turns = straight + side * rules.aside
         heading = (me.heading + turns * rules.turn_ticks) % ticks
-        turns = abs(_turns(me.heading, heading, rules.turn_ticks, ticks))
+        turns = abs(turns_to(me.heading, heading, rules.turn_ticks, ticks))
         dx = rules.forward_m * headings[heading, 0]
         dy = rules.forward_m * headings[heading, 1]
         free = _free_moves(status, route, near, me.x_m, me.y_m, dx, dy, turns, MOVES, step, rules)
@@ -345,7 +228,7 @@ def _set_out(me, route, heading, moves, turn, ticks):  # type: ignore[no-untyped
     """Begin a detour of so many moves; returns the action."""
     me.aim = heading
     route.aim = heading
-    turns = _turns(me.heading, heading, turn, ticks)
+    turns = turns_to(me.heading, heading, turn, ticks)
     route.made = 1 if turns == 0 else 0
     route.ahead = moves - route.made
     return _turn_or_drive(turns)
@@ -360,10 +243,7 @@ def _drive(me, status, route, near, i, step, headings, rules):  # type: ignore[n
     wy = route.wish_y_m
     away = (wx * wx + wy * wy) ** 0.5
     wanted = int(round(math.atan2(wy, wx) * ticks / (2.0 * math.pi))) % ticks
-    turns = _turns(me.heading, wanted, turn, ticks)
-    along = wx * headings[me.heading, 0] + wy * headings[me.heading, 1]
-    if along >= headings[route.most_off, 0] * away:
-        turns = 0
+    turns = turns_to(me.heading, wanted if route.course < 0 else route.course, turn, ticks)
     heading = (me.heading + turns * turn) % ticks
     dx = rules.forward_m * headings[heading, 0]
     dy = rules.forward_m * headings[heading, 1]
@@ -372,7 +252,7 @@ def _drive(me, status, route, near, i, step, headings, rules):  # type: ignore[n
     y = me.y_m
     free = _free_moves(status, route, near, x, y, dx, dy, abs(turns), most, step, rules)
     if route.ahead > 0 and (free < most or route.made == 0):
-        kept = _turns(me.heading, route.aim, turn, ticks)
+        kept = turns_to(me.heading, route.aim, turn, ticks)
         ax = rules.forward_m * headings[route.aim, 0]
         ay = rules.forward_m * headings[route.aim, 1]
         # While it turns, others come and go: it looks again before it drives.
@@ -407,11 +287,11 @@ def _drive(me, status, route, near, i, step, headings, rules):  # type: ignore[n
             wait = w
             stay = False
             break
-    if free == 0 and wait == 0 and me.still < PATIENCE_STEPS:
-        if _meets(near, x, y, dx, dy, abs(turns), rules) == JAMMED:
-            time = abs(turns) + away / rules.forward_m + WAIT_COST
-            wait = 1
-            stay = False
+    patient = free == 0 and wait == 0 and me.still < PATIENCE_STEPS
+    if patient and _meets(near, x, y, dx, dy, abs(turns), rules) == JAMMED:
+        time = abs(turns) + away / rules.forward_m + WAIT_COST
+        wait = 1
+        stay = False
     aside, other, moves = _best_detour(me, status, route, near, wanted, step, headings, rules)
     if aside < time:
         return _set_out(me, route, other, moves, turn, ticks)
@@ -439,7 +319,7 @@ def keep_clear(own, status, heard, listeners, groups, routes, headings, rules, c
     near = np.zeros(MOST_NEAR, dtype=NEIGHBOUR)
     for a in range(groups.shape[0]):
         row = groups[a, 0]
-        _fill(heard[row], chain, rules)
+        fill_buckets(heard[row], chain, rules)
         for k in range(groups[a, 1], groups[a, 2]):
             i = listeners[k]
             me = own[i]
@@ -448,6 +328,6 @@ def keep_clear(own, status, heard, listeners, groups, routes, headings, rules, c
             if route.wish_x_m == 0.0 and route.wish_y_m == 0.0:
                 route.ahead = 0
                 continue
-            n = _look_round(me, heard[row], chain, near, i, step, headings, rules)
+            n = look_round(me, heard[row], chain, near, i, step, headings, rules)
             action[i] = _drive(me, status[row], route, near[:n], i, step, headings, rules)
-        _empty(heard[row], chain, rules)
+        empty_buckets(heard[row], chain, rules)

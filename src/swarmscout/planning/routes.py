@@ -25,8 +25,9 @@ from swarmscout.planning.docking import (
     weigh_stations,
 )
 from swarmscout.planning.following import DRIVING, find_needs, mark_standing, steer
+from swarmscout.planning.neighbours import RIGHTS
 from swarmscout.planning.places import dock_cells, lay_places
-from swarmscout.planning.right_of_way import RIGHTS, keep_clear
+from swarmscout.planning.right_of_way import keep_clear
 from swarmscout.planning.route_table import STATION, RouteTable, blank_routes
 from swarmscout.planning.search import plan_routes, route_cost_field
 from swarmscout.planning.search_memory import Search
