@@ -32,6 +32,7 @@ SHARED = (
     "core/enums.py",
     "core/events.py",
     "mapping/occupancy.py",
+    "minds/given_up.py",
     "minds/modes.py",
     "planning/route_table.py",
     "planning/search_memory.py",

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.enums import EXPLORE
+from swarmscout.minds.given_up import nothing_given_up
 
 __all__ = ["MIND", "Minds", "blank_minds"]
 
@@ -31,10 +32,13 @@ MIND = np.dtype(
         ("target", "i8"),  # the cell that the robot itself drives to, or -1
         ("cause", "i8"),  # why its team needs a destination, a code of CAUSES
         ("due_at", "i8"),  # the step after which the destination is overdue
+        ("look_at", "i8"),  # without a destination: the step in which to look for one again
         ("thinks", "?"),  # False: it decides nothing
         ("sends", "?"),  # False: no other robot hears it
         ("hears", "?"),  # False: it hears no other robot
-        ("unused", "u1", (5,)),  # no padding, whose bytes copies do not keep
+        ("doubts", "?"),  # some candidate has no route: it looks whether others have
+        ("hopeless", "?"),  # when it last looked, no candidate was left that a route reaches
+        ("unused", "u1", (3,)),  # no padding, whose bytes copies do not keep
     ],
     align=True,
 )
@@ -49,11 +53,13 @@ class Minds:
         own: MIND[N].
         avoided: int64[N, 32, 2], cells that the robot's team gave up, and until which step.
         avoided_next: int64[N], the place in `avoided` to be written next.
+        given_up: GIVEN_UP[N, 256], see :mod:`swarmscout.minds.given_up`.
     """
 
     own: NDArray[np.void]
     avoided: NDArray[np.int64]
     avoided_next: NDArray[np.int64]
+    given_up: NDArray[np.void]
 
     def __len__(self) -> int:
         """N."""
@@ -116,4 +122,5 @@ def blank_minds(robots: int) -> Minds:
         own=own,
         avoided=np.full((robots, 32, 2), -1, dtype=np.int64),
         avoided_next=np.zeros(robots, dtype=np.int64),
+        given_up=nothing_given_up(robots),
     )

@@ -93,6 +93,11 @@ class Planner:
         grid["half_width_m"] = vehicle.radius_m + SIDE_ROOM_M
         grid["dock_m"] = vehicle.dock_m
 
+    @property
+    def stop_m(self) -> float:
+        """A route is driven to its end once a robot is this near to the goal."""
+        return float(self._grid[0]["waypoint_m"])
+
     def plan(self, minds: Minds, knowledge: Knowledge, step: int, events: EventLog) -> None:
         """Give every robot that needs one a route over its own map."""
         grids, table, search = knowledge.grids, self.table, self._search
