@@ -106,6 +106,9 @@ def change_private_state(mission: Mission, others: list[int], rng: np.random.Gen
         if len(frontiers):
             minds.avoided[j, :, 0] = rng.choice(frontiers, minds.avoided.shape[1])
             minds.avoided[j, :, 1] = 10**6
+            minds.given_up[j]["place"] = rng.choice(frontiers, minds.given_up.shape[1])
+            minds.given_up[j]["until"] = 10**6
+        minds.own["look_at"][j], minds.own["doubts"][j] = 10**6, rng.random() < 0.5
         # Forgotten: what another selector's memory looks like is its own affair.
         mission.destinations.memories[j] = None
         table.state["goal"][j] = NOWHERE  # It plans anew in the same step as robot i.
@@ -136,6 +139,7 @@ def in_mind(mission: Mission, i: int) -> dict[str, Any]:
     return {
         "own": str(minds.own[i]),
         "avoided": minds.avoided[i].tolist(),
+        "given up": minds.given_up[i].tolist(),
         "memory": repr(mission.destinations.memories[i]),
         "route state": table.state[i].tolist(),
         "route": table.ahead(i).tolist(),

@@ -11,7 +11,7 @@ import swarmscout
 
 SOURCE = Path(swarmscout.__file__).parent
 ROOMS = ("minds", "comms", "teams", "destinations", "planning", "mapping", "tasks")
-OWN = {"own", "routes", "avoided", "avoided_next", "ear"}
+OWN = {"own", "routes", "avoided", "avoided_next", "given_up", "ear"}
 """Arrays whose row i belongs to robot i alone."""
 
 KERNELS = [

@@ -220,18 +220,6 @@ def test_another_team_does_not_avoid_it() -> None:
     assert list(FAR) in by_robot[3]
 
 
-def test_where_all_frontiers_are_avoided_all_are_offered() -> None:
-    desk = Desk()
-    desk.label(slice(0, 12), slice(0, 12), FREE)
-    desk.label(slice(11, 12), slice(11, 12), UNKNOWN)
-    desk.label(slice(10, 11), slice(10, 12), 2)
-    assert desk.grids.frontiers(0).tolist() == [desk.frame.flat(11, 10)]
-    desk.head_for((11, 10))
-    desk.put(0, (11, 10))
-    (decision,) = desk.decide()
-    assert decision.cell == (11, 10)
-
-
 def test_literal_avoids_nothing() -> None:
     desk = Desk(literal=True)
     desk.head_for(FAR)

@@ -62,6 +62,7 @@ def state_of(mission: Mission) -> dict[str, np.ndarray]:
         "minds": minds.own.copy(),
         "sending": minds.own["thinks"].copy(),
         "avoided": minds.avoided.copy(),
+        "given up": minds.given_up.copy(),
         "action": mission.action.copy(),
         "plan": mission.planner.table.state.copy(),
         "routes": mission.planner.table.cells.copy(),

@@ -51,6 +51,9 @@ def test_area_grows_within_bounds_and_equals_a_recount(case: tuple[Mission, Tape
     behind = np.zeros(frame.shape, dtype=int)
     for point_x, point_y in zip(x, y, strict=True):
         behind[frame.cell_of(point_x, point_y)] += 1
+    truth, cell_m2 = mission.judge.truth, world.resolution_m**2
+    half_free = truth.free / np.maximum(truth.total, 1) >= 0.5
+    assert mission.judge.sensable_m2 == pytest.approx(behind.ravel()[half_free].sum() * cell_m2)
     free_below = log_odds_of(mission.scenario.map.free_below)
     odds = np.zeros(frame.size, dtype=int)
     ever = np.zeros(frame.size, dtype=bool)
@@ -62,6 +65,8 @@ def test_area_grows_within_bounds_and_equals_a_recount(case: tuple[Mission, Tape
         ever |= odds < free_below
         recount = behind.ravel()[ever].sum() * world.resolution_m**2
         coverage = record.coverage
+        sensed = behind.ravel()[ever & half_free].sum() * cell_m2
+        assert mission.judge.sensed_m2[record.step] == pytest.approx(sensed)
         assert coverage["explored_m2"] == pytest.approx(recount, abs=1e-9)
         assert coverage["explored_m2"] >= area
         area = float(coverage["explored_m2"])
@@ -87,6 +92,9 @@ def test_the_summary_is_consistent(case: tuple[Mission, Tape]) -> None:
             "explored_m2",
             "explored_fraction",
             "reachable_m2",
+            "sensable_m2",
+            "sensable_fraction",
+            "time_to_sensable",
             "area_at_step",
         ),
         *("time_to", "overlap_ratio", "distance_m", "forward_share", "turn_share"),
@@ -99,10 +107,16 @@ def test_the_summary_is_consistent(case: tuple[Mission, Tape]) -> None:
     assert summary["explored_m2"] == area[-1]
     expected = {str(s): area[s] for s in range(50, len(area), 50)}
     assert summary["area_at_step"] == expected
-    for share, step in summary["time_to"].items():
-        part = float(share.rstrip("%")) / 100 * summary["reachable_m2"]
-        reached = [s for s, a in enumerate(area) if a >= part - 1e-9]
-        assert step == (reached[0] if reached else None)
+    sensed = mission.judge.sensed_m2
+    assert summary["sensable_fraction"] == sensed[-1] / summary["sensable_m2"] <= 1.0
+    for key, areas, most in (
+        ("time_to", area, "reachable"),
+        ("time_to_sensable", sensed, "sensable"),
+    ):
+        for share, step in summary[key].items():
+            part = float(share.rstrip("%")) / 100 * summary[f"{most}_m2"]
+            reached = [s for s, a in enumerate(areas) if a >= part - 1e-9]
+            assert step == (reached[0] if reached else None)
     shares = [summary[f"{what}_share"] for what in ("forward", "turn", "blocked")]
     assert all(share >= 0 for share in shares)
     assert sum(shares) <= 1 + 1e-12

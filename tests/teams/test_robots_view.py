@@ -16,7 +16,7 @@ from swarmscout.testing.small_worlds import short_mission
 
 
 def view_of(mission: Mission) -> RobotsView:
-    return RobotsView(mission.minds, mission.knowledge, mission.step_number, 5)
+    return RobotsView(mission.minds, mission.knowledge, mission.step_number, 5, 5)
 
 
 def heard_now(mission: Mission, i: int) -> list[tuple[int, bool, float]]:

@@ -50,12 +50,12 @@ NOTICE = np.dtype(
         ("destination", "i8"),
         ("due_at", "i8"),
         ("reached", "i8"),  # to its leader: it has reached this destination, or -1
-        ("given_up", "i8"),  # to its team: a frontier that it gave up, or -1 …
-        ("avoid_until", "i8"),  # … and the last step in which to avoid it
+        ("given_up", "i8"),  # a destination that its team gave up, or -1 …
+        ("why", "i8"),  # … and the cause, a code of CAUSES
     ],
     align=True,
 )
-"""What a robot tells its team in the same step."""
+"""What a robot tells in the same step, most of it to its team."""
 
 
 def blank_notices(robots: int) -> NDArray[np.void]:

@@ -33,6 +33,7 @@ SHARED = (
     "core/events.py",
     "mapping/footprint.py",
     "mapping/occupancy.py",
+    "minds/given_up.py",
     "minds/modes.py",
     "planning/neighbours.py",
     "planning/route_table.py",

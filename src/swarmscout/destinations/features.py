@@ -81,18 +81,6 @@ class Frontiers:
         self._nearest: dict[bytes, NDArray[np.int64]] = {}
         self._areas: dict[float, NDArray[np.float64]] = {}
 
-    def kept(self, avoided: NDArray[np.int64], step: int) -> NDArray[np.int64] | None:
-        """int64[n], which of F are not avoided now; None for all, also if nothing else is left."""
-        active = avoided[avoided[:, 1] >= step, 0]
-        if len(active) == 0:
-            return None
-        # `flat` is sorted, so each avoided cell can stand in one place only.
-        at = np.minimum(np.searchsorted(self.flat, active), len(self.flat) - 1)
-        keep = np.ones(len(self.flat), dtype=np.bool_)
-        keep[at[self.flat[at] == active]] = False
-        index = keep.nonzero()[0]
-        return index if 0 < len(index) < len(keep) else None
-
     def around(self) -> NDArray[np.int64]:
         """int64[2, F], frontier and occupied cells among the 8 neighbours."""
         if self._around is None:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import CAUSES
-from swarmscout.destinations.features import Features, Frontiers, Scratch
+from swarmscout.destinations.candidates import Candidates
+from swarmscout.destinations.features import Features
 from swarmscout.destinations.view import LeaderView, OtherTeams
 from swarmscout.minds.minds import Minds
 from swarmscout.minds.modes import on_task
@@ -28,11 +29,13 @@ class ViewSettings:
         seed: the mission's.
         centre: whether a team's position is the mean of its members', else its leader's.
         ticks: heading ticks of a full circle.
+        silence_steps: a robot that was not heard for more steps than this counts no more.
     """
 
     seed: int
     centre: bool
     ticks: int
+    silence_steps: int
 
 
 class LeaderViews:
@@ -43,8 +46,7 @@ class LeaderViews:
         knowledge: what they have heard.
         planner: plans routes.
         settings: see above.
-        scratch: memory of the features' kernels.
-        candidates: the task's candidates in a map, flat and ascending.
+        candidates: of the task, of this step.
         step: the current step.
     """
 
@@ -54,39 +56,35 @@ class LeaderViews:
         knowledge: Knowledge,
         planner: Planner,
         settings: ViewSettings,
-        scratch: Scratch,
-        candidates: Callable[[int], NDArray[np.int64]],
+        candidates: Candidates,
         step: int,
     ) -> None:
         self._minds = minds
         self._knowledge = knowledge
         self._planner = planner
         self._settings = settings
-        self._scratch = scratch
         self._candidates = candidates
         self._step = step
-        self._frontiers: dict[int, Frontiers] = {}
 
     def of(self, leader: int, previous: int) -> LeaderView | None:
-        """What a leader knows; None if its map has no candidate.
+        """What a leader knows; None if it may choose no candidate now.
 
         Args:
             leader: the robot.
             previous: the flat cell of its team's last destination, or -1.
         """
         grids, row = self._knowledge.grids, int(self._knowledge.ear[leader])
-        if row not in self._frontiers:
-            self._frontiers[row] = Frontiers(grids, row, self._candidates(row), self._scratch)
-        frontiers = self._frontiers[row]
-        if len(frontiers.flat) == 0:
+        offered = self._candidates.offered(leader)
+        if offered is None:
             return None
+        frontiers = self._candidates.of_map(row)
         me, unit_rad = self._minds.own[leader], 2.0 * math.pi / self._settings.ticks
         place_m = (float(me["x_m"]), float(me["y_m"]))
         members, members_m, headings = self._members(leader, row)
         position_m = place_m
         if self._settings.centre:
             position_m = (float(members_m[:, 0].mean()), float(members_m[:, 1].mean()))
-        keep = frontiers.kept(self._minds.avoided[leader], self._step)
+        keep = None if offered.all() else offered.nonzero()[0]
         cells, centres_m = frontiers.cells, frontiers.centres_m
         if keep is not None:
             cells, centres_m = cells.take(keep, axis=0), centres_m.take(keep, axis=0)
@@ -128,9 +126,10 @@ class LeaderViews:
         return members, _points(heard), heard["heading"]
 
     def _other_teams(self, leader: int, row: int) -> OtherTeams:
-        """What the beacons of this step (or the last that were heard) say of other teams."""
+        """What beacons say of other teams: each robot's last, unless it has been silent since."""
         heard = self._knowledge.heard[row]
-        speaks = (heard["step"] >= 0) & (heard["leader"] == np.arange(len(heard)))
+        recent = (heard["step"] >= 0) & (heard["step"] >= self._step - self._settings.silence_steps)
+        speaks = recent & (heard["leader"] == np.arange(len(heard)))
         speaks &= on_task(heard["mode"]) & (heard["team"] != self._minds.team[leader])
         speaks[leader] = False
         leaders = speaks.nonzero()[0]
@@ -142,7 +141,7 @@ class LeaderViews:
         if self._settings.centre:
             places_m = _points(heard)
             positions_m = np.array(
-                [places_m[heard["leader"] == other].mean(axis=0) for other in leaders]
+                [places_m[recent & (heard["leader"] == other)].mean(axis=0) for other in leaders]
             ).reshape(-1, 2)
         sizes = told["size"].copy()
         for array in (leaders, sizes, positions_m, destinations_m):

@@ -24,7 +24,8 @@ class RenewalParameters(Parameters):
         0.5,
         gt=0.0,
         le=1000.0,
-        description="a destination is reached within this distance of the cell's centre",
+        description="a destination is reached within this distance of the cell's centre, or within "
+        "the sensor's range less a cell if that is nearer",
     )
     overdue_factor: float = Field(
         3.0,
@@ -35,7 +36,9 @@ class RenewalParameters(Parameters):
     )
     overdue_steps: Steps = Field(30, description="steps added to the time until overdue")
     avoid_steps: Steps = Field(
-        30, description="number of steps for which a team avoids a destination that it gave up"
+        30,
+        description="number of steps for which a team avoids a destination that it gave up, and "
+        "between the first two tries after which a place is closed; 0: neither",
     )
 
 

@@ -3,7 +3,9 @@
 "After any member reaches the assigned target, the leader selects a new target" (paper, "Task
 description"). Deviation: the scenario ``paper`` also drops a destination that is not a candidate of
 the task any more or overdue, and a team avoids for a while what it gave up; ``paper-literal`` does
-not.
+not. Frontiers that robots stood within reach of and could not resolve are closed in the end, for
+all that heard of it, since their sensors are no better (:mod:`swarmscout.minds.given_up`); what a
+team did not get to counts for the team alone.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from swarmscout.core.enums import (
 )
 from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
+from swarmscout.minds.given_up import FOR_GOOD, avoided_until, place_of, remember
 from swarmscout.minds.modes import is_on_task
 
 __all__ = [
@@ -35,6 +38,9 @@ __all__ = [
     "share_destinations",
 ]
 
+NEAR_M = 2.0
+"""A leader this near to a frontier that vanishes may have seen it off."""
+
 RENEWAL = np.dtype(
     [
         ("origin_x_m", "f8"),  # the grid's frame
@@ -45,6 +51,8 @@ RENEWAL = np.dtype(
         ("reach_m", "f8"),  # this near to the destination's centre it is reached
         ("stale_rule", "?"),  # also drop what is not a candidate any more, or overdue
         ("avoid_steps", "i8"),  # for this long a team avoids a cell that it gave up
+        ("closes", "?"),  # places are closed in the end, see CheckedTask
+        ("place_cells", "i8"),  # edge of a place, in cells: see ``minds.given_up``
     ],
     align=True,
 )
@@ -118,15 +126,15 @@ def _cause(me, candidate, no_route, stale_rule, step):  # type: ignore[no-untype
 
 
 @kernel
-def find_stale(own, ear, heard, notices, marks, routes, rules, step, events):  # type: ignore[no-untyped-def]
+def find_stale(own, ear, heard, notices, marks, given_up, routes, rules, step, events):  # type: ignore[no-untyped-def]
     """Each leader decides whether its team needs a new destination; `cause` says why.
 
-    What it gives up goes into its notice, for its team to avoid.
+    What it gives up goes into its notice. A leader that found none lately does not need one yet.
 
     Args:
-        own: MIND[N], written: cause, destination; ear, heard, notices: see ``Knowledge``.
+        own: MIND[N], written: cause, destination, doubts; ear, heard, notices: see ``Knowledge``.
         marks: uint8[R, C'], which cells are candidates, see ``CheckedTask``.
-        routes: ROUTE[N], see ``RouteTable``.
+        given_up: GIVEN_UP[N, 256], see ``Minds``; routes: ROUTE[N], see ``RouteTable``.
         rules: RENEWAL[1]; step: the current step; events: see ``EventLog``.
 
     Returns:
@@ -142,40 +150,65 @@ def find_stale(own, ear, heard, notices, marks, routes, rules, step, events):  #
             me.cause = NO_CAUSE
             continue
         cell = me.destination
+        if cell < 0 and step < me.look_at:
+            me.cause = NO_CAUSE
+            continue
         candidate = cell >= 0 and marks[ear[i], cell] & rules.candidate_bit != 0
-        me.cause = _cause(me, candidate, routes[i].failed_until > 0, rules.stale_rule, step)
+        closed = cell >= 0 and avoided_until(given_up[i], place_of(cell, rules)) == FOR_GOOD
+        no_route = routes[i].failed_until > 0
+        me.cause = _cause(me, candidate and not closed, no_route, rules.stale_rule, step)
         if me.cause == NO_CAUSE:
             continue
         asking += 1
         if cell < 0:
             continue
         me.destination = -1
+        me.doubts = me.doubts or me.cause == UNREACHABLE
         note(events, DROP, i, me.cause, cell)
-        if rules.avoid_steps > 0 and me.cause != NOT_CANDIDATE and candidate:
+        dx, dy = offset(cell, me.x_m, me.y_m, rules)
+        near = dx * dx + dy * dy <= NEAR_M * NEAR_M
+        failed = near if me.cause == NOT_CANDIDATE else candidate
+        if rules.avoid_steps > 0 and not closed and failed:
             notices[i].given_up = cell
-            notices[i].avoid_until = step + rules.avoid_steps
+            notices[i].why = me.cause
     return asking
 
 
 @kernel
-def avoid_given_up(own, ear, heard, notices, avoided, avoided_next, step):  # type: ignore[no-untyped-def]
-    """The whole team remembers what its leader gave up, whichever robot leads it next.
+def avoid_given_up(own, ear, heard, notices, avoided, avoided_next, given_up, rules, step):  # type: ignore[no-untyped-def]
+    """Robots remember what leaders gave up, whichever robot leads their team next.
 
     Args:
-        own: MIND[N]; ear, heard, notices: see ``Knowledge``.
-        avoided, avoided_next: see ``Minds``; written.
-        step: the current step.
+        own: MIND[N], written: doubts; ear, heard, notices: see ``Knowledge``.
+        avoided, avoided_next, given_up: see ``Minds``; written.
+        rules: RENEWAL[1]; step: the current step.
     """
+    rules = rules[0]
+    givers = np.empty(notices.shape[0], dtype=np.int64)
+    n = 0
     for j in range(notices.shape[0]):
-        if notices[j].given_up < 0:
+        if notices[j].given_up >= 0:
+            givers[n] = j
+            n += 1
+    for i in range(own.shape[0]):
+        me = own[i]
+        if not me.thinks:
             continue
-        for i in range(own.shape[0]):
-            me = own[i]
-            if me.thinks and me.team == notices[j].team and heard[ear[i], j].step == step:
+        row = heard[ear[i]]
+        for j in givers[:n]:
+            if row[j].step != step:
+                continue
+            told = notices[j]
+            ours = told.team == me.team
+            me.doubts = me.doubts or told.why == UNREACHABLE
+            if ours and told.why != NOT_CANDIDATE:
                 slot = avoided_next[i] % avoided.shape[1]
-                avoided[i, slot, 0] = notices[j].given_up
-                avoided[i, slot, 1] = notices[j].avoid_until
+                avoided[i, slot, 0] = told.given_up
+                avoided[i, slot, 1] = step + rules.avoid_steps
                 avoided_next[i] += 1
+            if rules.closes and (ours or told.why == REACHED or told.why == NOT_CANDIDATE):
+                place = place_of(told.given_up, rules)
+                remember(given_up[i], place, told.why, ours, rules.avoid_steps, step)
 
 
 @kernel

@@ -23,6 +23,7 @@ from swarmscout.core.grid import GridFrame
 from swarmscout.core.recorder import Decision
 from swarmscout.core.tracebacks import describe_error
 from swarmscout.destinations.asking import Ask, AskingSelector, TalkCounts, settle
+from swarmscout.destinations.candidates import Candidates
 from swarmscout.destinations.dispersal import FAN, fan_out
 from swarmscout.destinations.features import Scratch
 from swarmscout.destinations.latency import Waiting
@@ -38,6 +39,7 @@ from swarmscout.destinations.renewal import (
 )
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.destinations.view import LeaderView
+from swarmscout.minds.given_up import PLACE_M
 from swarmscout.minds.minds import Minds
 from swarmscout.minds.modes import on_task
 from swarmscout.planning.routes import Planner
@@ -58,6 +60,9 @@ class Setting:
         forward_m: length of a robot's move.
         latency_steps: how long a language model's answer takes.
         centre: whether a team's position is the mean of its members', else its leader's.
+        silence_steps: a robot that was not heard for more steps than this counts no more.
+        range_m: longest range of the robots' sensors.
+        stop_m: a robot's route ends this near to its goal.
     """
 
     seed: int
@@ -67,6 +72,9 @@ class Setting:
     forward_m: float
     latency_steps: int
     centre: bool
+    silence_steps: int
+    range_m: float
+    stop_m: float
 
 
 class Destinations:
@@ -77,7 +85,7 @@ class Destinations:
         name: what it is called in records.
         memories: per robot, what the selector wants to remember.
         seconds: how long the last step's decisions took.
-        ask: who answers a selector that asks a language model; None: it decides alone.
+        ask: who answers a selector that asks a language model; None: it decides heads.
         waiting: how long a model's answers take.
 
     Args:
@@ -108,12 +116,14 @@ class Destinations:
         self._headings = setting.headings
         self._forward_m = setting.forward_m
         self._renewal = renewal
-        self._views = ViewSettings(setting.seed, setting.centre, len(setting.headings))
+        self._views = ViewSettings(
+            setting.seed, setting.centre, len(setting.headings), setting.silence_steps
+        )
         self._scratch = Scratch(setting.frame)
-        self._rules = _record(RENEWAL, setting.frame, renewal, task)
+        self._rules = _record(RENEWAL, setting, renewal, task)
         self._fan = None
         if dispersal.members == "fan":
-            self._fan = _record(FAN, setting.frame, renewal, task)
+            self._fan = _record(FAN, setting, renewal, task)
             self._fan["fan_m"], self._fan["turn_m"] = dispersal.fan_m, dispersal.fan_turn_m
             self._fan["apart_m"] = dispersal.fan_apart_m
             # A change of mind costs as much as a turn by a radian, so swapping does not pay.
@@ -133,23 +143,25 @@ class Destinations:
         """
         started = perf_counter()
         own, ear, heard, notices = minds.own, knowledge.ear, knowledge.heard, knowledge.notices
-        grids, previous = knowledge.grids, minds.destination.copy()
-        marks = self._task.marks(grids, ear, step)
+        previous = minds.destination.copy()
+        marks = self._task.marks(knowledge.grids, ear, step)
         knowledge.tell(minds, step)
         report_reached(own, notices, planner.table.state, self._rules)
         asking = find_stale(
-            own, ear, heard, notices, marks, planner.table.state, self._rules, step, events.rows,
+            own, ear, heard, notices, marks, minds.given_up, planner.table.state, self._rules, step,
+            events.rows,
         )  # fmt: skip
         decisions: list[Decision] = []
         leaders = own["cause"].nonzero()[0].tolist() if asking else []
         if asking:
-            avoid_given_up(own, ear, heard, notices, minds.avoided, minds.avoided_next, step)
+            avoid_given_up(
+                own, ear, heard, notices, minds.avoided, minds.avoided_next, minds.given_up,
+                self._rules, step,
+            )  # fmt: skip
         leaders += self._answered(minds, step, leaders)
         if leaders:
-            candidates = partial(self._task.cells, grids, marks)
-            views = LeaderViews(
-                minds, knowledge, planner, self._views, self._scratch, candidates, step
-            )
+            candidates = self._candidates(minds, knowledge, planner, marks, step)
+            views = LeaderViews(minds, knowledge, planner, self._views, candidates, step)
             asked = [views.of(leader, int(previous[leader])) for leader in sorted(leaders)]
             able = [view for view in asked if view is not None]
             for view, choice in zip(able, self._choices(able, step), strict=True):
@@ -162,9 +174,55 @@ class Destinations:
         self.seconds = perf_counter() - started
         return decisions
 
+    def exhausted(
+        self,
+        minds: Minds,
+        knowledge: Knowledge,
+        planner: Planner,
+        mobile: NDArray[np.bool_],
+        step: int,
+    ) -> bool:
+        """Whether no team will find a candidate to head for any more.
+
+        Nobody has a destination, and on the own map of each leader no route reaches a candidate
+        whose place is not closed. The same holds for robots that charge, which will be back; but
+        while all do, nothing is said. A member that has lost its leader will lead, or follow
+        another, before long: so long the mission goes on.
+
+        Args:
+            minds: what robots believe. knowledge: what they have heard. planner: plans routes.
+            mobile: bool[N], who can drive. step: the current step.
+        """
+        own = minds.own
+        able = own["thinks"] & mobile
+        heads = able & (own["leader"] == np.arange(len(own)))
+        leads = heads & on_task(own["mode"])
+        if (
+            not self._task.ends
+            or (own["destination"][able] >= 0).any()
+            or not leads.any()
+            or not own["hopeless"][leads].all()
+            or not heads[own["leader"][able]].all()
+        ):
+            return False
+        marks = self._task.marks(knowledge.grids, knowledge.ear, step)
+        candidates = self._candidates(minds, knowledge, planner, marks, step)
+        return all(candidates.is_hopeless(robot) for robot in heads.nonzero()[0].tolist())
+
     def summary(self) -> dict[str, Any]:
         """What conversations with a language model came to; empty for any other selector."""
         return {} if self.ask is None else self._counts.figures()
+
+    def _candidates(
+        self,
+        minds: Minds,
+        knowledge: Knowledge,
+        planner: Planner,
+        marks: NDArray[np.uint8],
+        step: int,
+    ) -> Candidates:
+        cells = partial(self._task.cells, knowledge.grids, marks)
+        return Candidates(minds, knowledge, planner, self._scratch, cells, self._rules, step)
 
     def _answered(self, minds: Minds, step: int, asking: list[int]) -> list[int]:
         """Leaders that need no destination, but whose model's answer arrives now."""
@@ -254,16 +312,23 @@ class Destinations:
 
 
 def _record(
-    dtype: np.dtype[np.void], frame: GridFrame, renewal: RenewalParameters, task: CheckedTask
+    dtype: np.dtype[np.void], setting: Setting, renewal: RenewalParameters, task: CheckedTask
 ) -> NDArray[np.void]:
     """Rules as an argument of kernels: one record, in an array, which costs the least per call."""
-    record = np.zeros(1, dtype=dtype)
+    record, frame = np.zeros(1, dtype=dtype), setting.frame
     for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
         if name in (dtype.names or ()):
             record[name] = getattr(frame, name)
     record["candidate_bit"] = task.bit
-    record["reach_m"] = renewal.reach_m if task.reach_m is None else task.reach_m
+    reach_m = task.reach_m
+    if reach_m is None:
+        # From where a destination counts as reached its sensor has to see past the cell; but a
+        # route ends before its goal, so nearer than that nobody comes.
+        reach_m = min(renewal.reach_m, max(setting.range_m - frame.cell_m, setting.stop_m))
+    record["reach_m"] = reach_m
     if dtype is RENEWAL:
         record["stale_rule"] = renewal.rule == "stale"
         record["avoid_steps"] = renewal.avoid_steps
+        record["closes"] = task.closes
+        record["place_cells"] = max(1, round(PLACE_M / frame.cell_m))
     return record

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.enums import EXPLORE
+from swarmscout.minds.given_up import nothing_given_up
 
 __all__ = ["MIND", "Minds", "blank_minds"]
 
@@ -36,10 +37,13 @@ MIND = np.dtype(
         ("station", "i8"),  # in CHARGE mode, the station that it has chosen, or -1
         ("place", "i8"),  # its place there: a flat cell, NO_PLACE or WAITS
         ("way_m", "f8"),  # no more than this far from a station, along a way that it knows
+        ("look_at", "i8"),  # without a destination: the step in which to look for one again
         ("thinks", "?"),  # False: it decides nothing
         ("sends", "?"),  # False: no other robot hears it
         ("hears", "?"),  # False: it hears no other robot
-        ("unused", "u1", (5,)),  # no padding, whose bytes copies do not keep
+        ("doubts", "?"),  # some candidate has no route: it looks whether others have
+        ("hopeless", "?"),  # when it last looked, no candidate was left that a route reaches
+        ("unused", "u1", (3,)),  # no padding, whose bytes copies do not keep
     ],
     align=True,
 )
@@ -54,11 +58,13 @@ class Minds:
         own: MIND[N].
         avoided: int64[N, 32, 2], cells that the robot's team gave up, and until which step.
         avoided_next: int64[N], the place in `avoided` to be written next.
+        given_up: GIVEN_UP[N, 256], see :mod:`swarmscout.minds.given_up`.
     """
 
     own: NDArray[np.void]
     avoided: NDArray[np.int64]
     avoided_next: NDArray[np.int64]
+    given_up: NDArray[np.void]
 
     def __len__(self) -> int:
         """N."""
@@ -123,4 +129,5 @@ def blank_minds(robots: int) -> Minds:
         own=own,
         avoided=np.full((robots, 32, 2), -1, dtype=np.int64),
         avoided_next=np.zeros(robots, dtype=np.int64),
+        given_up=nothing_given_up(robots),
     )

@@ -231,6 +231,8 @@ def make_destinations(
     base: Path | None,
     selector: Selector | None = None,
     task: CheckedTask | None = None,
+    range_m: float = math.inf,
+    stop_m: float = 0.0,
 ) -> Destinations:
     """The rule that chooses destinations, and when it is asked.
 
@@ -238,6 +240,7 @@ def make_destinations(
         scenario: which rule. frame: the occupancy grids'. base: folder for its file.
         selector: the rule itself, if at hand.
         task: says what is worth heading for; by default the scenario's.
+        range_m: of the robots' sensors. stop_m: a robot's route ends this near to its goal.
 
     Raises:
         SelectorError: there is no such selector, or it does not take the scenario's parameters.
@@ -251,6 +254,9 @@ def make_destinations(
         scenario.body.forward_m,
         scenario.llm.latency_steps,
         scenario.teams.position == "center",
+        scenario.teams.silence_steps,
+        range_m,
+        stop_m,
     )
     task = task or make_task(scenario, base)
     name = rule_name(SELECTOR.name(scenario))
@@ -365,7 +371,9 @@ def make_desired_sizes(
         PolicyError: there is no such policy, or it does not take the scenario's parameters.
     """
     rule = policy or POLICY.make(scenario, base)
-    return DesiredSizes(rule, rule_name(POLICY.name(scenario)), scenario.teams.desired_size)
+    teams = scenario.teams
+    name = rule_name(POLICY.name(scenario))
+    return DesiredSizes(rule, name, teams.desired_size, teams.silence_steps)
 
 
 def make_asker(scenario: Scenario, selector: Selector, model: Model | None) -> Dispatcher | None:

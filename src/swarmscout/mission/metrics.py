@@ -3,6 +3,8 @@
 *Explored* is defined once, here: the area that is truly free and reachable inside those cells of
 the occupancy grid that the swarm's map has ever called free. It never decreases and never exceeds
 what is reachable. *Reachable* is what a robot's body can cover when it starts at the world's start.
+*Sensable* is the part of it in map cells at least half of which is free: what is mostly wall is
+called occupied from wherever a robot looks.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from swarmscout.core.enums import CONTACT as CONTACT_EVENT
 from swarmscout.core.enums import MODE as MODE_EVENT
 from swarmscout.core.events import EventLog, note
 from swarmscout.core.grid import GridFrame
-from swarmscout.core.jit import kernel
+from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.occupancy import (
     FRONTIERS,
@@ -45,6 +47,7 @@ __all__ = ["Judge", "MapTruth", "map_truth"]
 TALLY = np.dtype(
     [
         ("explored", "i8"),  # raster cells
+        ("sensed", "i8"),  # those of them that are sensable
         ("seen", "i8"),  # map cells that any robot's sensor has covered
         ("overlap", "i8"),  # those that more than one robot's has
         ("forward_moves", "i8"),
@@ -55,15 +58,18 @@ TALLY = np.dtype(
         ("charging", "i8"),  # robots in CHR mode now
         ("mobile", "i8"),  # robots that can drive now
         ("alive", "i8"),  # robots with charge now
-        ("joins", "i8"),
+        ("joins", "i8"),  # of two teams: robots that only take themselves for joined do not count
         ("leaves", "i8"),
         ("charges", "i8"),  # robots that left CHR mode
     ]
 )
 """What a judge counts."""
 
-GROUND = np.dtype([("first_seen", "i8"), ("reachable", "i8"), ("ever_free", "?")], align=True)
-"""A map cell: which robot saw it first (-1: none, -2: several), its raster cells, ever free."""
+GROUND = np.dtype(
+    [("first_seen", "i8"), ("reachable", "i8"), ("sensable", "?"), ("ever_free", "?")], align=True
+)
+"""A map cell: which robot saw it first (-1: none, -2: several), its raster cells, whether they are
+sensable, and ever called free."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +92,16 @@ class MapTruth:
     def reachable_m2(self) -> float:
         """Area that a robot can cover at all."""
         return float(self.reachable.sum()) * self.raster_cell_m2
+
+    @property
+    def sensable(self) -> NDArray[np.bool_]:
+        """bool[C], at least half of the cell is free."""
+        return 2 * self.free >= self.total
+
+    @property
+    def sensable_m2(self) -> float:
+        """The part of it that is sensable."""
+        return float(self.reachable[self.sensable].sum()) * self.raster_cell_m2
 
 
 @kernel
@@ -154,7 +170,27 @@ def judge_map(cells, low, high, ground, touched, before, evidence, status, limit
         if status[at] & LABEL_BITS == FREE and not ground[at].ever_free:
             ground[at].ever_free = True
             count.explored += ground[at].reachable
+            if ground[at].sensable:
+                count.sensed += ground[at].reachable
     return changes
+
+
+@inlined
+def _completes_join(events, e, before):  # type: ignore[no-untyped-def]
+    """Whether event e is the first of a new team's by which robots of two former teams are in it.
+
+    Every member has an event. Where links fail, one team may take itself for joined and the other
+    not: that is no join.
+    """
+    first = e
+    for earlier in range(1, e):
+        if events[earlier].kind != JOIN or events[earlier].value != events[e].value:
+            continue
+        if first == e:
+            first = earlier
+        elif before[events[earlier].robot, 3] != before[events[first].robot, 3]:
+            return False
+    return before[events[first].robot, 3] != before[events[e].robot, 3]
 
 
 @kernel
@@ -164,7 +200,7 @@ def judge_robots(own, can, alive, action, touch, position, heading, before, tall
     Args:
         own: MIND[N]; can: CAPABILITIES[N]; alive: bool[N]; action: int64[N]; touch: TOUCH[N].
         position: float64[N, 2], heading: int64[N]: after the step.
-        before: float64[N, 3], position and heading before it; written: after it.
+        before: float64[N, 4], position, heading and team before it; written: after it.
         tally: TALLY[1], written; events: see ``EventLog``; contacts are appended.
     """
     count = tally[0]
@@ -175,13 +211,7 @@ def judge_robots(own, can, alive, action, touch, position, heading, before, tall
         elif kind == MODE_EVENT:
             count.charges += events[e].other != CHARGE
         elif kind == JOIN:
-            # Every member has an event; the new team is one.
-            new = 1
-            for earlier in range(1, e):
-                if events[earlier].kind == JOIN and events[earlier].value == events[e].value:
-                    new = 0
-                    break
-            count.joins += new
+            count.joins += _completes_join(events, e, before)
     count.teams = 0
     count.charging = 0
     count.mobile = 0
@@ -197,6 +227,7 @@ def judge_robots(own, can, alive, action, touch, position, heading, before, tall
         before[i, 0] = position[i, 0]
         before[i, 1] = position[i, 1]
         before[i, 2] = heading[i]
+        before[i, 3] = own[i].team
         count.alive += alive[i]
         if own[i].thinks:
             count.robot_steps += 1
@@ -210,7 +241,9 @@ class Judge:
 
     Attributes:
         truth: what lies behind each cell of the map.
-        area_m2: list of explored areas, one per step; [0] is before the first step.
+        area_m2, sensed_m2: lists of explored areas, of all and of those that are sensable, one per
+            step; [0] is before the first step.
+        reachable_m2, sensable_m2: what they can be at most.
 
     Args:
         truth: see above.
@@ -225,14 +258,19 @@ class Judge:
         size = len(truth.reachable)
         self.truth = truth
         self.area_m2: list[float] = [0.0]
+        self.sensed_m2: list[float] = [0.0]
         self.reachable_m2 = truth.reachable_m2
+        self.sensable_m2 = truth.sensable_m2
         self._forward_m = forward_m
         self._robots = len(bodies.alive)
         self._limits = np.array(limits, dtype=np.int64)
         self._ground = np.zeros(size, dtype=GROUND)
         self._ground["first_seen"] = -1
         self._ground["reachable"] = truth.reachable
-        self._before = np.column_stack((bodies.position, bodies.heading)).astype(np.float64)
+        self._ground["sensable"] = truth.sensable
+        # Before the first step every robot is a team.
+        teams = np.arange(self._robots)
+        self._before = np.column_stack((bodies.position, bodies.heading, teams)).astype(np.float64)
         self._tally = np.zeros(1, dtype=TALLY)
         self._tally["mobile"] = self._tally["alive"] = self._robots
         self._changed = np.zeros((2, size), dtype=np.int64)
@@ -257,6 +295,7 @@ class Judge:
             swarm.evidence[0], swarm.status[0], self._limits, self._tally, self._changed,
         )  # fmt: skip
         self.area_m2.append(int(self._tally[0]["explored"]) * self.truth.raster_cell_m2)
+        self.sensed_m2.append(int(self._tally[0]["sensed"]) * self.truth.raster_cell_m2)
         return self._changed[0, :changes], self._changed[1, :changes]
 
     def judge_robots(
@@ -302,6 +341,7 @@ class Judge:
         tally = self._tally[0]
         area = np.array(self.area_m2)
         fraction = area / self.reachable_m2
+        sensed = np.array(self.sensed_m2) / max(self.sensable_m2, self.truth.raster_cell_m2)
         steps = len(area) - 1
         robot_steps = max(1, int(tally["robot_steps"]))
         leaders = minds.leader[minds.thinking & (minds.mode != CHARGE)]
@@ -310,11 +350,11 @@ class Judge:
             "explored_m2": float(area[-1]),
             "explored_fraction": float(fraction[-1]),
             "reachable_m2": self.reachable_m2,
+            "sensable_m2": self.sensable_m2,
+            "sensable_fraction": float(sensed[-1]),
             "area_at_step": {str(s): float(area[s]) for s in range(50, steps + 1, 50)},
-            "time_to": {
-                f"{share}%": _first(fraction >= share / 100 - 1e-12)
-                for share in (50, 75, 90, 95, 99)
-            },
+            "time_to": _times(fraction),
+            "time_to_sensable": _times(sensed),
             "overlap_ratio": float(tally["overlap"] / max(1, tally["seen"])),
             "distance_m": float(tally["forward_moves"] * self._forward_m),
             "forward_share": float(tally["forward_moves"] / robot_steps),
@@ -344,5 +384,10 @@ class Judge:
         }
 
 
-def _first(reached: NDArray[np.bool_]) -> int | None:
-    return int(np.argmax(reached)) if reached.any() else None
+def _times(fraction: NDArray[np.float64]) -> dict[str, int | None]:
+    """The first step at which each share was reached; None: never."""
+    times: dict[str, int | None] = {}
+    for share in (50, 75, 90, 95, 99):
+        reached = fraction >= share / 100 - 1e-12
+        times[f"{share}%"] = int(np.argmax(reached)) if reached.any() else None
+    return times

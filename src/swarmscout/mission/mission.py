@@ -131,11 +131,14 @@ class Mission:
         self.sizes = build.make_desired_sizes(scenario, base, policy)
         self.formation = build.make_formation(scenario)
         self.task = build.make_task(scenario, base, task)
-        self.destinations = build.make_destinations(scenario, self.frame, base, selector, self.task)
+        self.planner = build.make_planner(scenario, self.frame, self.stations_m)
+        self.destinations = build.make_destinations(
+            scenario, self.frame, base, selector, self.task,
+            self.sensing.last.max_range_m, self.planner.stop_m,
+        )  # fmt: skip
         self.asker = build.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
         self._charging = make_charging(scenario)
-        self.planner = build.make_planner(scenario, self.frame, self.stations_m)
         self._charger = build.make_charger(scenario)
         # Judging. While one map serves all robots, it is the swarm's.
         self.swarm = self.knowledge.grids
@@ -333,6 +336,10 @@ class Mission:
         if judge.mobile == 0:
             return "no robot able to move"
         reason = self.task.done(self.swarm.view(0), judge.explored_m2, judge.reachable_m2)
+        if reason is None and self.destinations.exhausted(
+            self.minds, self.knowledge, self.planner, self.bodies.can["drive"], self.step_number
+        ):
+            return "no reachable frontier left"
         if reason is None and self.step_number >= self.scenario.steps:
             return "steps used up"
         return reason

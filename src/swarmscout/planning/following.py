@@ -246,7 +246,7 @@ def _may_move(status, me, heading, headings, grid):  # type: ignore[no-untyped-d
 
 @inlined
 def _course(status, me, dx, dy, headings, grid):  # type: ignore[no-untyped-def]
-    """The heading at which a robot drives to a waypoint at (dx, dy); -1: it has to turn there first.
+    """The heading at which a robot drives to a waypoint at (dx, dy); -1: it has to turn first.
 
     Of the two headings on either side of the way it drives at the one that keeps clear of walls.
     """

@@ -135,6 +135,11 @@ class Planner:
         within_m = max(frame.cell_m, charging.range_m - grid["waypoint_m"] - 0.05)
         self._places = lay_places(frame, stations_m, within_m, float(self._rules[0]["apart_m"]))
 
+    @property
+    def stop_m(self) -> float:
+        """A route is driven to its end once a robot is this near to the goal."""
+        return float(self._grid[0]["waypoint_m"])
+
     def plan(self, minds: Minds, knowledge: Knowledge, step: int, events: EventLog) -> None:
         """Give every robot that needs one a route over its own map."""
         grids, table = knowledge.grids, self.table

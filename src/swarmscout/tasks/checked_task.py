@@ -26,6 +26,10 @@ class CheckedTask:
         name: what it is called in records and errors.
         bit: of :meth:`marks`, set for candidates.
         reach_m: see :class:`~swarmscout.tasks.task.Task`.
+        closes: whether a candidate that a robot stood within reach of should be none any more, as
+            a frontier; other tasks may have candidates that stay.
+        ends: whether the mission is over when nobody has a candidate left; not if the task's own
+            `done` says when it is.
 
     Args:
         task, name: see above.
@@ -41,6 +45,8 @@ class CheckedTask:
         self._explores = type(task) is Exploration
         self.bit = FRONTIER if self._explores else 1
         self.reach_m = task.reach_m
+        self.closes = isinstance(task, Exploration)
+        self.ends = self.closes and type(task).done is Exploration.done
         if self.reach_m is not None and not _is_finite(self.reach_m, above=0.0):
             raise TaskError(
                 f"task '{name}': reach_m = {self.reach_m!r}, expected metres above 0, or None"

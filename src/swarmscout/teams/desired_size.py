@@ -43,12 +43,16 @@ class DesiredSizes:
         policy: sets the sizes.
         name: its name in errors.
         desired_size: the scenario's ``teams.desired_size``, also the size before the first step.
+        silence_steps: a robot that was not heard for more steps than this counts no more.
     """
 
-    def __init__(self, policy: DesiredSizePolicy, name: str, desired_size: int) -> None:
+    def __init__(
+        self, policy: DesiredSizePolicy, name: str, desired_size: int, silence_steps: int
+    ) -> None:
         self.policy = policy
         self.name = name
         self.desired_size = desired_size
+        self._silence_steps = silence_steps
 
     def decide(self, minds: Minds, knowledge: Knowledge, step: int) -> None:
         """Write the team size that each robot desires into its mind.
@@ -56,7 +60,7 @@ class DesiredSizes:
         Raises:
             PolicyError: the policy failed, or did not answer a size for each robot.
         """
-        view = RobotsView(minds, knowledge, step, self.desired_size)
+        view = RobotsView(minds, knowledge, step, self.desired_size, self._silence_steps)
         try:
             answer = self.policy.desired(view)
         except (Exception, SystemExit) as error:

@@ -94,16 +94,19 @@ class RobotsView:
     Args:
         minds: what robots believe. knowledge: what they have heard, and their maps.
         step: the current step.
-        desired_size: the scenario's ``teams.desired_size``.
+        desired_size, silence_steps: the scenario's, of its section ``teams``.
     """
 
-    __slots__ = ("_desired_size", "_found", "_knowledge", "_minds", "_step")
+    __slots__ = ("_desired_size", "_found", "_knowledge", "_minds", "_silence_steps", "_step")
 
-    def __init__(self, minds: Minds, knowledge: Knowledge, step: int, desired_size: int) -> None:
+    def __init__(
+        self, minds: Minds, knowledge: Knowledge, step: int, desired_size: int, silence_steps: int
+    ) -> None:
         self._minds = minds
         self._knowledge = knowledge
         self._step = step
         self._desired_size = desired_size
+        self._silence_steps = silence_steps
         self._found: dict[Any, Any] = {}
 
     def __len__(self) -> int:
@@ -210,11 +213,12 @@ class RobotsView:
 
     @property
     def teams(self) -> NDArray[np.int64]:
-        """int64[N], number of exploring teams as last heard from leaders, the own one included."""
+        """int64[N], number of exploring teams whose leaders were heard lately, the own one too."""
         if "teams" not in self._found:
             heard = self._knowledge.heard
             leads = heard["leader"] == np.arange(len(self))
             leads &= (heard["step"] >= 0) & on_task(heard["mode"])
+            leads &= heard["step"] >= self._step - self._silence_steps
             counts = np.count_nonzero(leads, axis=1).astype(np.int64)
             self._found["teams"] = _frozen(counts[self._knowledge.ear])
         return self._found["teams"]  # type: ignore[no-any-return]

@@ -67,7 +67,9 @@ class _WatchedView(RobotsView):
     """May show another view's rows, but for one robot's."""
 
     def __init__(self, view: RobotsView, mixed: tuple[int, RobotsView] | None) -> None:
-        super().__init__(view._minds, view._knowledge, view.step, view.desired_size)
+        super().__init__(
+            view._minds, view._knowledge, view.step, view.desired_size, view._silence_steps
+        )
         self.mixed = mixed
 
     def __getattribute__(self, name: str) -> Any:

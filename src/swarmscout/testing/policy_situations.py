@@ -15,7 +15,12 @@ from swarmscout.mission import build
 from swarmscout.mission.scenario import Scenario
 from swarmscout.teams.robots_view import RobotsView
 from swarmscout.testing.situations import hear_all, made_up_swarm
-from swarmscout.testing.small_worlds import DESIRED_SIZE, short_mission, small_world
+from swarmscout.testing.small_worlds import (
+    DESIRED_SIZE,
+    SILENCE_STEPS,
+    short_mission,
+    small_world,
+)
 
 __all__ = ["PolicySituation", "policy_situations", "robots_view"]
 
@@ -67,7 +72,7 @@ def robots_view(
     minds.own["size"] = (leaders[:, None] == leaders).sum(axis=1)
     minds.own["mode"][list(charging)] = CHARGE
     hear_all(knowledge, minds, step)
-    return RobotsView(minds, knowledge, step, desired_size)
+    return RobotsView(minds, knowledge, step, desired_size, SILENCE_STEPS)
 
 
 def policy_situations(seed: int = 0) -> Iterator[PolicySituation]:
@@ -100,7 +105,8 @@ def _after(
             mission.step()
         if charging:
             mission.minds.own["mode"] = CHARGE
-        views.append(RobotsView(mission.minds, mission.knowledge, step, DESIRED_SIZE))
+        view = RobotsView(mission.minds, mission.knowledge, step, DESIRED_SIZE, SILENCE_STEPS)
+        views.append(view)
     return PolicySituation(words, *views)
 
 
@@ -108,4 +114,4 @@ def _blank(seed: int) -> RobotsView:
     robots, scenario = 4, Scenario()
     frame = build.make_frame(small_world(seed), scenario)
     knowledge = Knowledge(robots, build.make_grids(scenario, frame))
-    return RobotsView(blank_minds(robots), knowledge, 1, DESIRED_SIZE)
+    return RobotsView(blank_minds(robots), knowledge, 1, DESIRED_SIZE, SILENCE_STEPS)

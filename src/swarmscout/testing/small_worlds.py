@@ -19,10 +19,13 @@ from swarmscout.tasks.task import Task
 from swarmscout.teams.policy import DesiredSizePolicy
 from swarmscout.worlds.world import World
 
-__all__ = ["DESIRED_SIZE", "places_with_robots", "short_mission", "small_world"]
+__all__ = ["DESIRED_SIZE", "SILENCE_STEPS", "places_with_robots", "short_mission", "small_world"]
 
 DESIRED_SIZE = 5
 """``teams.desired_size`` of short missions."""
+
+SILENCE_STEPS = 5
+"""``teams.silence_steps`` of them."""
 
 
 def small_world(seed: int = 0, *, edge_m: float = 14.0, resolution_m: float = 0.1) -> World:
