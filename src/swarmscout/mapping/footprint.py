@@ -29,6 +29,7 @@ __all__ = [
     "BESIDE_UNIT",
     "FRONTIER",
     "LABEL_BITS",
+    "STATION_ZONE",
     "TIGHT",
     "Footprint",
     "enter",
@@ -45,6 +46,8 @@ TIGHT = 8
 """The bit of a cell in whose middle a body has no room, occupied cells among them."""
 BESIDE = 16
 """The bit of a cell in whose middle a body may touch what is occupied; all that are tight too."""
+STATION_ZONE = 32
+"""The bit of a cell in which robots charge; others keep clear of it. It never changes."""
 
 BESIDE_UNIT = 1 << 16
 """Weights count occupied cells that make a cell tight in the lower bits, and all here."""

@@ -12,8 +12,13 @@ __all__ = ["make_charging"]
 STEPS_PER_METRE = 1.35
 """Moves that a metre of planned way takes, in units of a straight drive: turns and detours."""
 
-RESERVE_STEPS = 60.0
-"""Steps to spare, for the way through a crowd at the station."""
+RESERVE_STEPS = 40.0
+"""Steps to spare, …"""
+
+CROWD_STEPS = 0.5
+"""… and for each robot of the swarm, up to `CROWD`: they meet on the way and at the station."""
+
+CROWD = 120
 
 
 def make_charging(scenario: Scenario) -> ChargingRules:
@@ -29,7 +34,8 @@ def make_charging(scenario: Scenario) -> ChargingRules:
     )
     if battery.return_rule == "threshold" or not battery.enabled:
         return charging
-    reserve = min(RESERVE_STEPS, 0.2 * battery.capacity_steps)
+    crowd = CROWD_STEPS * min(scenario.robots, CROWD)
+    reserve = min(RESERVE_STEPS + crowd, 0.25 * battery.capacity_steps)
     return replace(
         charging,
         share_per_m=steps_per_m / battery.capacity_steps,

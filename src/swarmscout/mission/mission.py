@@ -127,7 +127,8 @@ class Mission:
         self.log, self._scan_model = build.make_log(
             scenario, self.world.resolution_m, self.frame, self.sensing.last
         )
-        self.knowledge = Knowledge(scenario.robots, build.make_grids(scenario, self.frame))
+        grids = build.make_grids(scenario, self.frame, self.stations_m)
+        self.knowledge = Knowledge(scenario.robots, grids)
         self.sizes = build.make_desired_sizes(scenario, base, policy)
         self.formation = build.make_formation(scenario)
         self.task = build.make_task(scenario, base, task)
@@ -308,7 +309,9 @@ class Mission:
         minds.own["charge"] = bodies.charge / battery.capacity_steps
         for capability in ("think", "send", "hear"):
             minds.own[f"{capability}s"] = bodies.can[capability]
-        below = battery.charge_below if battery.enabled else -1.0
+        below = -1.0
+        if battery.enabled and battery.return_rule == "threshold":
+            below = battery.charge_below
         per_m, reserve = self._charging.share_per_m, self._charging.share_reserve
         if per_m > 0.0 and not self.planner.look_home(
             minds, self.knowledge, self.action, bodies.contact, self.step_number

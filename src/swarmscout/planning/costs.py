@@ -21,6 +21,7 @@ class RouteCosts:
         least: the lowest price of a cell without the base, in 1/1000 (for the heuristic).
         beside: added to the price of a cell in which a body may touch something occupied.
         standing: added to the price of a cell in which a robot is known to stand for long.
+        station: added to the price of a cell in which others charge, for who does not.
         unproven: added, on the way to a station, to the price of a cell that is not known to be
             free …
         proven: … which is one whose price without the base is at least this.
@@ -32,6 +33,7 @@ class RouteCosts:
     least: int
     beside: int = 1000
     standing: int = 3000
+    station: int = 0
     unproven: int = 0
     proven: int = 1000
 

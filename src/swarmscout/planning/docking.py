@@ -156,14 +156,13 @@ def ask_ways(own, ear, action, contact, home, rules, step):  # type: ignore[no-u
 
 
 @kernel
-def take_ways(own, home, stations, length_m):  # type: ignore[no-untyped-def]
+def take_ways(own, home, stations):  # type: ignore[no-untyped-def]
     """Take over the ways that were looked up.
 
     Args:
         own: MIND[N], `way_m` is written.
         home: ROUTE[N], see :func:`ask_ways`.
         stations: float64[k, 2].
-        length_m: of a move, for costs that are no lengths; 0: costs are lengths.
     """
     for i in range(own.shape[0]):
         route = home[i]
@@ -172,7 +171,7 @@ def take_ways(own, home, stations, length_m):  # type: ignore[no-untyped-def]
         route.goal = NOWHERE
         me = own[i]
         if route.cost >= 0:
-            me.way_m = route.length * length_m if length_m > 0.0 else route.cost / 2e6
+            me.way_m = route.way_mm / 1000.0
         elif me.way_m == np.inf:
             # Its map shows no way yet: twice the straight one, until it has seen more.
             for s in range(stations.shape[0]):
@@ -342,6 +341,10 @@ def choose_places(own, ear, heard, still, status, routes, stations, places, rule
         row = heard[ear[i]]
         if me.place >= 0:
             failed = route.goal == me.place and route.failed_until > 0
+            if route.goal == me.place and route.at >= route.length:
+                # A body has no room at some places, and stops as near to them as it can.
+                off2 = (me.x_m - x) ** 2 + (me.y_m - y) ** 2
+                failed = failed or off2 > rules.range_m * rules.range_m
             # Who stands at its place keeps it.
             if not failed and (route.at >= route.length or not _gives_way(row, i, step)):
                 continue

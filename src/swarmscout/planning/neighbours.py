@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from swarmscout.core.enums import CHARGE
 from swarmscout.core.jit import inlined
 
 __all__ = [
@@ -104,7 +105,7 @@ def empty_buckets(heard, chain, rules):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _expect(near, beacon, i, j, robots, step, headings, rules):  # type: ignore[no-untyped-def]
+def _expect(near, beacon, mine, i, j, robots, step, headings, rules):  # type: ignore[no-untyped-def]
     """Write down what is expected of robot j."""
     near.x_m = beacon.x_m
     near.y_m = beacon.y_m
@@ -120,6 +121,9 @@ def _expect(near, beacon, i, j, robots, step, headings, rules):  # type: ignore[
         near.starts = abs(turns_to(beacon.heading, beacon.aim, rules.turn_ticks, ticks))
     shift = step // TURN_STEPS
     near.first = (j + shift) % robots < (i + shift) % robots
+    if (beacon.mode == CHARGE) != (mine.mode == CHARGE):
+        # Who has to charge cannot wait.
+        near.first = beacon.mode == CHARGE
 
 
 @inlined
@@ -144,7 +148,9 @@ def look_round(me, heard, chain, near, i, step, headings, rules):  # type: ignor
                     dy = heard[j].y_m - me.y_m
                     if j != i and dx * dx + dy * dy <= reach * reach:
                         if n < near.shape[0]:
-                            _expect(near[n], heard[j], i, j, robots, step, headings, rules)
+                            _expect(
+                                near[n], heard[j], heard[i], i, j, robots, step, headings, rules
+                            )  # fmt: skip
                         n += 1
                     j = chain[buckets + j]
         if n <= near.shape[0]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.grid import GridFrame
 
-__all__ = ["dock_cells", "lay_places"]
+__all__ = ["dock_cells", "lay_places", "station_zone"]
 
 MOST_PLACES = 48
 """A robot notes in the bits of a number which places it has tried."""
@@ -31,6 +31,14 @@ def dock_cells(frame: GridFrame, stations_m: NDArray[np.float64]) -> NDArray[np.
         for cell in _cells_within(frame, stations_m[s], 1.5 * frame.cell_m)
     ]
     return np.array(found, dtype=np.int64).reshape(-1, 2)
+
+
+def station_zone(
+    frame: GridFrame, stations_m: NDArray[np.float64], range_m: float
+) -> NDArray[np.int64]:
+    """int64[n], flat cells within the charging range of stations, in metres, float64[k, 2]."""
+    cells = {cell for station in stations_m for cell in _cells_within(frame, station, range_m)}
+    return np.array(sorted(cells), dtype=np.int64)
 
 
 def lay_places(

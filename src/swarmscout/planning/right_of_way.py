@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from swarmscout.core.enums import FORWARD, LEFT, OCCUPIED, RIGHT, STOP
+from swarmscout.core.enums import CHARGE, FORWARD, LEFT, OCCUPIED, RIGHT, STOP
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
 from swarmscout.planning.neighbours import (
@@ -267,6 +267,9 @@ def _drive(me, status, route, near, i, step, headings, rules):  # type: ignore[n
     if free == most:
         return _turn_or_drive(turns)
     lost = max(me.still, route.idle // 2)
+    if me.mode == CHARGE:
+        # It cannot spare charge to make room: the others do.
+        lost = me.still - 2 * PATIENCE_STEPS
     if free == 0 and lost >= PATIENCE_STEPS + (i + step) % PATIENCE_STEPS:
         back, moves = _way_back(me, status, route, near, step, headings, rules)
         if moves > 0:

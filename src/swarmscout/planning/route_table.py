@@ -55,6 +55,7 @@ ROUTE = np.dtype(
         ("bump_until", "i8", (BUMPS,)),  # remembered until this step
         ("bumps", "i8"),  # counts them
         ("cost", "i8"),  # of the whole route when planned, see RouteCosts; -1: there is none
+        ("way_mm", "i8"),  # its length, of which what is not known to be free counts twice
         ("end", "i8"),  # the last cell of the whole route
         ("tried", "i8"),  # bits: places of its station to which it has found no way
     ],

@@ -99,7 +99,7 @@ class Planner:
         self.stations_m = stations_m
         self.table: RouteTable = blank_routes(robots)
         self._search = Search(frame, replace(costs, unproven=0))
-        self._home_search = Search(frame, costs, self._search)
+        self._home_search = Search(frame, replace(costs, station=0), self._search)
         self._home = blank_routes(robots, longest=1)
         self._standing = np.full((1, robots), -1, dtype=np.int64)
         self._docks = dock_cells(frame, stations_m)
@@ -183,8 +183,7 @@ class Planner:
         if asks:
             nobody_hears = np.zeros(1, dtype=EVENT)
             self._plan(self._home_search, knowledge, home, step, nobody_hears)
-            length_m = 0.0 if self.costs.base else math.sqrt(2.0) * self.frame.cell_m
-            take_ways(minds.own, home.state, self.stations_m, length_m)
+            take_ways(minds.own, home.state, self.stations_m)
         return step % LOOK_EVERY == 0
 
     def _plan(

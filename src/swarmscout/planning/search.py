@@ -29,7 +29,7 @@ import numpy as np
 from swarmscout.core.enums import ROUTE as ROUTE_EVENT
 from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.mapping.footprint import BESIDE, TIGHT, enter, get_out
+from swarmscout.mapping.footprint import BESIDE, STATION_ZONE, TIGHT, enter, get_out
 from swarmscout.planning.route_table import STATION
 from swarmscout.planning.search_memory import BUCKETS
 
@@ -53,8 +53,12 @@ def _toll(price, status, cell, search):  # type: ignore[no-untyped-def]
     if status[cell] & TIGHT:
         return -(search.base + 1000)
     p = price[cell]
-    beside = search.beside if status[cell] & BESIDE else 0
-    return search.base + p + beside + (search.unproven if p >= search.proven else 0)
+    toll = search.base + p
+    if status[cell] & BESIDE:
+        toll += search.beside
+    if status[cell] & STATION_ZONE:
+        toll += search.station
+    return toll + (search.unproven if p >= search.proven else 0)
 
 
 @inlined
@@ -212,10 +216,16 @@ def _spread(toll, nodes, buckets, seeds, costs, waiting, box, search):  # type: 
 
 
 @inlined
-def _read_off(toll, nodes, search, start, route):  # type: ignore[no-untyped-def]
-    """Follow optimal moves from a settled start to a seed; the number of cells, and the seed."""
+def _read_off(price, toll, nodes, search, start, route):  # type: ignore[no-untyped-def]
+    """Follow optimal moves from a settled start to a seed.
+
+    Returns:
+        The number of cells (-1: there is no way), the seed, and the length in mm, of which what is
+        not known to be free counts twice.
+    """
     now, width = search.count, search.columns + 2
     n = 0
+    way_mm = 0
     cell = start
     while not nodes[cell].mark & SEED:
         here = abs(toll[cell])
@@ -232,12 +242,14 @@ def _read_off(toll, nodes, search, start, route):  # type: ignore[no-untyped-def
                 cell = new
                 break
         else:
-            return -1, cell
+            return -1, cell, 0
+        row = cell // width
+        flat = (row - 1) * (width - 2) + cell - row * width - 1
+        way_mm += length if price[flat] < search.proven else 2 * length
         if n < route.shape[0]:
-            row = cell // width
-            route[n] = (row - 1) * (width - 2) + cell - row * width - 1
+            route[n] = flat
         n += 1
-    return n, cell
+    return n, cell, way_mm
 
 
 @inlined
@@ -263,7 +275,7 @@ def _start_all(nodes, routes, i, search, box):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _read_all(toll, nodes, routes, cells, i, search, step, events):  # type: ignore[no-untyped-def]
+def _read_all(price, toll, nodes, routes, cells, i, search, step, events):  # type: ignore[no-untyped-def]
     """Read off the routes of all robots that the running search was for."""
     goal = routes[i].wanted
     for j in range(i, routes.shape[0]):
@@ -276,7 +288,7 @@ def _read_all(toll, nodes, routes, cells, i, search, step, events):  # type: ign
         start = _padded(route.here, search.columns)
         length = -1
         if _flags(nodes[start], search.count) & SETTLED:
-            length, end = _read_off(toll, nodes, search, start, cells[j])
+            length, end, route.way_mm = _read_off(price, toll, nodes, search, start, cells[j])
             route.end = end - 2 * (end // (search.columns + 2)) - search.columns - 1
         route.length = max(length, 0)
         route.cost = nodes[start].cost if length >= 0 else -1
@@ -344,7 +356,7 @@ def plan_routes(  # type: ignore[no-untyped-def]
                 costs[n] = queues[m, docks[d, 1]] if goal == STATION else 0
                 n += 1
         _spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
-        _read_all(toll, nodes, routes, cells, i, search, step, events)
+        _read_all(price[m], toll, nodes, routes, cells, i, search, step, events)
         _toll_standing(price[m], status[m], toll, standing[m], search, 0)
 
 

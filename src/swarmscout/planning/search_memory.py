@@ -34,6 +34,7 @@ SEARCH = np.dtype(
         ("least", "i8"),
         ("beside", "i8"),
         ("standing", "i8"),
+        ("station", "i8"),
         ("unproven", "i8"),
         ("proven", "i8"),
         ("bits", "i8"),  # of a cost that a bucket spans: a move changes a cost, with its
@@ -72,15 +73,13 @@ class Search:
         self.toll = np.full(size, OUTSIDE, dtype=np.int32)
         self.nodes: NDArray[np.void] = np.zeros(size, NODE) if beside is None else beside.nodes
         self.buckets = np.full(BUCKETS, -1, dtype=np.int32)
-        most = (
-            4
-            * costs.diagonal
-            * (costs.base + 1000 + costs.beside + costs.standing + costs.unproven)
-        )
+        toll = costs.base + 1000 + costs.beside + costs.standing + costs.station + costs.unproven
+        most = 4 * costs.diagonal * toll
         self.state = np.zeros(1, dtype=SEARCH)
         state = self.state[0]
         for name in (
-            "straight", "diagonal", "base", "least", "beside", "standing", "unproven", "proven",
+            "straight", "diagonal", "base", "least", "beside", "standing", "station",
+            "unproven", "proven",
         ):  # fmt: skip
             state[name] = getattr(costs, name)
         state["bits"] = max(0, most.bit_length() - (BUCKETS.bit_length() - 2))

@@ -21,7 +21,13 @@ from swarmscout.worlds.world import World
 
 __all__ = ["place_robots", "place_stations"]
 
-ROBOTS_PER_STATION = 20
+FEW_ROBOTS = 20
+"""So many share one station …"""
+
+ROBOTS_PER_STATION = 10
+"""… and larger swarms have one for so many robots: they get in each other's way."""
+
+_ROBOTS_PER_START = 20
 _SPACING_M = 0.6
 _CLEARANCE_M = 0.05
 _AT_ONCE = 1024
@@ -46,7 +52,7 @@ def place_stations(world: World, robots: int) -> NDArray[np.float64]:
     """
     if world.stations_m is not None:
         return world.stations_m
-    count = max(1, math.ceil(robots / ROBOTS_PER_STATION))
+    count = 1 if robots <= FEW_ROBOTS else math.ceil(robots / ROBOTS_PER_STATION)
     return world.once(("stations", count), lambda: derive_stations(world, count))
 
 
@@ -103,7 +109,7 @@ def _places_near_start(
     sources = [start_cell(world, radius_m)]
     if world.stations_m is None:
         # Where there is no room for these there is none for the robots: count those.
-        count = math.ceil(robots / ROBOTS_PER_STATION)
+        count = math.ceil(robots / _ROBOTS_PER_START)
         with suppress(WorldError):
             at = world.frame.cells_of(
                 world.once(("starts", count), lambda: derive_starts(world, count))
