@@ -9,7 +9,7 @@ from swarmscout.planning.docking import ChargingRules
 
 __all__ = ["make_charging"]
 
-STEPS_PER_METRE = 1.35
+STEPS_PER_METRE = 1.55
 """Moves that a metre of planned way takes, in units of a straight drive: turns and detours."""
 
 RESERVE_STEPS = 40.0

@@ -120,13 +120,14 @@ def _lane_is_free(status, x, y, dx, dy, half_width_m, grid):  # type: ignore[no-
 
 
 @kernel
-def mark_standing(heard, still, rows, grid, standing):  # type: ignore[no-untyped-def]
+def mark_standing(heard, still, rows, grid, step, standing):  # type: ignore[no-untyped-def]
     """List the cells in which robots are known to stand for long.
 
     Args:
         heard: BEACON[R, N], still: int64[R, N], rows: int64[A]: see ``Knowledge``.
-        grid: DRIVING[1].
-        standing: int64[R, N], written for the rows in use: flat cells, or -1.
+        grid: DRIVING[1]; step: the current step.
+        standing: int64[R, N], written for the rows in use: flat cells, or -1; -2 - cell for robots
+            that have not been heard for long.
     """
     grid = grid[0]
     for r in rows:
@@ -135,7 +136,9 @@ def mark_standing(heard, still, rows, grid, standing):  # type: ignore[no-untype
             if still[r, j] >= grid.long_still:
                 row, col = cell_at(heard[r, j].x_m, heard[r, j].y_m, grid)
                 if 0 <= row < grid.rows and 0 <= col < grid.columns:
-                    standing[r, j] = row * grid.columns + col
+                    cell = row * grid.columns + col
+                    silent = heard[r, j].step < step - grid.long_still
+                    standing[r, j] = -2 - cell if silent else cell
 
 
 @inlined

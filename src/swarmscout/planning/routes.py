@@ -199,7 +199,9 @@ class Planner:
         if len(self._standing) < len(knowledge.heard):
             self._standing = np.full(knowledge.still.shape, -1, dtype=np.int64)
             self._queues = np.zeros((len(knowledge.heard), self._queues.shape[1]), dtype=np.int64)
-        mark_standing(knowledge.heard, knowledge.still, knowledge.rows, self._grid, self._standing)
+        mark_standing(
+            knowledge.heard, knowledge.still, knowledge.rows, self._grid, step, self._standing
+        )
         weigh_stations(
             knowledge.heard, table.state, grids.status, self.stations_m, self._places, self._queues,
             self._rules, step,

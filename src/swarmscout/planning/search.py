@@ -301,9 +301,13 @@ def _toll_standing(price, status, toll, standing, search, more):  # type: ignore
     """Make the cells in which robots stand for long dearer, or put them back (`more` = 0)."""
     for e in range(standing.shape[0]):
         cell = standing[e]
+        extra = more
+        if cell < -1:
+            cell = -2 - cell
+            extra = 4 * more
         if cell >= 0:
             fresh = _toll(price, status, cell, search)
-            toll[_padded(cell, search.columns)] = fresh + (more if fresh >= 0 else -more)
+            toll[_padded(cell, search.columns)] = fresh + (extra if fresh >= 0 else -extra)
 
 
 @kernel
@@ -316,7 +320,7 @@ def plan_routes(  # type: ignore[no-untyped-def]
     Args:
         price: int16[R, C], status: uint8[R, C'], bounds: int64[R, 2]: see ``OccupancyGrids``.
         toll, nodes, buckets, state: scratch, see ``Search``.
-        standing: int64[R, N], cells in which robots stand for long, -1 for none.
+        standing: int64[R, N], cells in which robots stand for long, see ``mark_standing``.
         docks: int64[k, 2], cells near the charging stations, and which station each is near.
         queues: int64[R, S], what queueing at each station costs: of those that are free to choose,
             robots take the one with the least sum of way and queue.

@@ -73,7 +73,9 @@ class Search:
         self.toll = np.full(size, OUTSIDE, dtype=np.int32)
         self.nodes: NDArray[np.void] = np.zeros(size, NODE) if beside is None else beside.nodes
         self.buckets = np.full(BUCKETS, -1, dtype=np.int32)
-        toll = costs.base + 1000 + costs.beside + costs.standing + costs.station + costs.unproven
+        toll = (
+            costs.base + 1000 + costs.beside + 4 * costs.standing + costs.station + costs.unproven
+        )
         most = 4 * costs.diagonal * toll
         self.state = np.zeros(1, dtype=SEARCH)
         state = self.state[0]
