@@ -18,6 +18,7 @@ from scipy import ndimage
 from swarmscout.core.enums import FREE
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.destinations.view import LeaderView
+from swarmscout.minds.given_up import FOR_GOOD
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
 from swarmscout.planning.route_table import NOWHERE
@@ -97,21 +98,33 @@ def change_truth(mission: Mission) -> None:
 
 
 def change_private_state(mission: Mission, others: list[int], rng: np.random.Generator) -> None:
-    """What no beacon carries: why and since when they head somewhere, what they avoid, remember."""
+    """What no message carries: why and since when they head somewhere, what they avoid, remember.
+
+    All robots hear which destinations are given up in the step. So what makes a leader give up its
+    own stays: whether it is overdue, and whether the team has come to its route's end.
+    """
     minds, table = mission.minds, mission.planner.table
-    frontiers = mission.swarm.frontiers(0)
+    step, frame, frontiers = mission.step_number + 1, mission.frame, mission.swarm.frontiers(0)
+    side = int(mission.destinations._rules[0]["place_cells"])
     for j in others:
         minds.own["cause"][j] = rng.integers(0, 6)
-        minds.own["due_at"][j] = rng.choice([-1, 10**6])
+        due_at = minds.own["due_at"][j]
+        minds.own["due_at"][j] = rng.choice([step, 10**6] if due_at >= step else [-1, step - 1])
         if len(frontiers):
             minds.avoided[j, :, 0] = rng.choice(frontiers, minds.avoided.shape[1])
             minds.avoided[j, :, 1] = 10**6
-            minds.given_up[j]["place"] = rng.choice(frontiers, minds.given_up.shape[1])
-            minds.given_up[j]["until"] = 10**6
+            cells = rng.choice(frontiers, minds.given_up.shape[1])
+            places = cells // frame.columns // side * frame.columns + cells % frame.columns // side
+            if (
+                minds.given_up[j]["until"] != FOR_GOOD
+            ).all():  # What is closed is closed for all who have heard of it.
+                minds.given_up[j]["place"] = places
+                minds.given_up[j]["until"] = 10**6
         minds.own["look_at"][j], minds.own["doubts"][j] = 10**6, rng.random() < 0.5
         # Forgotten: what another selector's memory looks like is its own affair.
         mission.destinations.memories[j] = None
-        table.state["goal"][j] = NOWHERE  # It plans anew in the same step as robot i.
+        if table.state["at"][j] < table.state["length"][j]:
+            table.state["goal"][j] = NOWHERE  # It plans anew in the same step as robot i.
 
 
 def scramble(mission: Mission, others: list[int], rng: np.random.Generator) -> None:
@@ -141,7 +154,7 @@ def in_mind(mission: Mission, i: int) -> dict[str, Any]:
         "avoided": minds.avoided[i].tolist(),
         "given up": minds.given_up[i].tolist(),
         "memory": repr(mission.destinations.memories[i]),
-        "route state": table.state[i].tolist(),
+        "route state": [np.asarray(value).tolist() for value in table.state[i].tolist()],
         "route": table.ahead(i).tolist(),
         "route cost": int(table.state["cost"][i]),
         "action": int(mission.action[i]),

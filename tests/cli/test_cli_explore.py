@@ -13,6 +13,7 @@ from PIL import Image
 
 from swarmscout import Run, Scenario, explore, load_scenario
 from swarmscout.destinations.registry import RECOMMENDED
+from swarmscout.robots.parameters import BatteryParameters
 
 Command = Callable[..., tuple[int, str, str]]
 
@@ -103,9 +104,12 @@ def test_a_run_folder_is_a_scenario(command: Command) -> None:
 def test_where_nothing_is_said_the_recommended_rule_decides(command: Command) -> None:
     words = ("--steps", "5", "--out", "x", "--record", "summary", "--no-picture")
     assert command("explore", *words)[0] == 0
-    assert Run.open("x").scenario == Scenario(destinations=RECOMMENDED, steps=5)
+    home_in_time = BatteryParameters(return_rule="distance")
+    expected = Scenario(destinations=RECOMMENDED, steps=5, battery=home_in_time)
+    assert Run.open("x").scenario == explore(steps=5).scenario == expected
     assert inspect.signature(explore).parameters["destinations"].default == RECOMMENDED
     assert Scenario().destinations == load_scenario("paper").destinations == "quantile"
+    assert Scenario().battery == load_scenario("paper").battery != home_in_time
 
 
 @pytest.mark.parametrize("name", ["paper", "paper-literal"])

@@ -2,9 +2,9 @@
 
 Each occupied cell weighs on the cells round it, and a cell's weights are summed as integers: what a
 cell's label changes is added or taken away round it alone, and the sums equal those of a distance
-transform from scratch after any sequence of changes. The paper takes robots as points; the method
-is the configuration space of Lozano-Pérez (1983), "Spatial planning: a configuration space
-approach", for a disc.
+transform from scratch after any sequence of changes. Deviation: the paper takes robots as points;
+the method is the configuration space of Lozano-Pérez (1983), "Spatial planning: a configuration
+space approach", for a disc.
 
 A surface lies anywhere in the cell that counts as occupied, on average `hit_depth_m` before its
 middle. Cells are closed (``TIGHT``) where, half a cell to the robot's favour, a body would touch:

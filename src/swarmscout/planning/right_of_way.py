@@ -7,7 +7,8 @@ way, to wait until the way is free, and to turn aside for a few moves and then g
 kept until it is done or blocked, so nobody turns to and fro; among equal ones robots keep right.
 
 Of two robots whose ways cross, both know which goes first, and it takes turns; only the other one
-gives way. Nobody drives into a place that it knows to be taken.
+gives way. Nobody drives into a place that it knows to be taken. Deviation: the paper does not say
+how robots pass each other.
 
 Source: Fiorini and Shiller (1998), "Motion planning in dynamic environments using velocity
 obstacles" (headings that lead to a collision within a few steps are left out, others are compared

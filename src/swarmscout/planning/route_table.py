@@ -36,10 +36,7 @@ ROUTE = np.dtype(
         ("failed_until", "i8"),  # there was no route: do not try again before this step
         ("wish_x_m", "f8"),  # from the robot to its waypoint; both 0: it does not want to drive
         ("wish_y_m", "f8"),
-        (
-            "course",
-            "i8",
-        ),  # the heading at which it drives there, in ticks; -1: it has to turn first
+        ("course", "i8"),  # the heading at which it drives there, in ticks; -1: it turns first
         ("aim", "i8"),  # the heading of a detour, in ticks
         ("ahead", "i8"),  # moves of the detour still to be made
         ("made", "i8"),  # moves of it that were made
