@@ -297,6 +297,22 @@ def _read_all(price, toll, nodes, routes, cells, i, search, step, events):  # ty
 
 
 @inlined
+def _name_docks(routes, m, docks, status, queues, rows, columns, reach):  # type: ignore[no-untyped-def]
+    """Where ways to the best station end, say so by the dock that the last cell stands for."""
+    for route in routes:
+        if route.goal != STATION or route.map != m or route.cost < 0:
+            continue
+        dock = route.end
+        least = 1 << 62
+        for d in range(docks.shape[0]):
+            queue = queues[docks[d, 1]]
+            if queue < least and enter(status, docks[d, 0], rows, columns, reach) == route.end:
+                dock = docks[d, 0]
+                least = queue
+        route.end = dock
+
+
+@inlined
 def _toll_standing(price, status, toll, standing, search, more):  # type: ignore[no-untyped-def]
     """Make the cells in which robots stand for long dearer, or put them back (`more` = 0)."""
     for e in range(standing.shape[0]):
@@ -361,6 +377,8 @@ def plan_routes(  # type: ignore[no-untyped-def]
                 n += 1
         _spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
         _read_all(price[m], toll, nodes, routes, cells, i, search, step, events)
+        if goal == STATION:
+            _name_docks(routes, m, docks, status[m], queues[m], rows, columns, reach[0])
         _toll_standing(price[m], status[m], toll, standing[m], search, 0)
 
 
