@@ -59,6 +59,9 @@ DOCKING = np.dtype(
 LOOK_EVERY = 5
 """Robots look their way home up in the same steps, so that one search serves many."""
 
+IN_THE_WAY = 4
+"""One robot that is silent near a station weighs as much as so many that charge there."""
+
 HEARD_STEPS = 50
 """What was said longer ago does not count any more."""
 
@@ -203,9 +206,17 @@ def weigh_stations(heard, routes, status, stations, places, queues, rules, step)
             continue
         queues[m] = 0
         for j in range(heard.shape[1]):
-            s = heard[m, j].station
-            if heard[m, j].step >= max(0, step - HEARD_STEPS) and s >= 0:
-                queues[m, s] += 1
+            other = heard[m, j]
+            if other.step >= max(0, step - HEARD_STEPS):
+                if other.station >= 0:
+                    queues[m, other.station] += 1
+            elif other.step >= 0:
+                # It may have no charge left, and stand in the way for good.
+                for s in range(stations.shape[0]):
+                    dx = other.x_m - stations[s, 0]
+                    dy = other.y_m - stations[s, 1]
+                    if dx * dx + dy * dy <= rules.near_m * rules.near_m:
+                        queues[m, s] += IN_THE_WAY
         for s in range(stations.shape[0]):
             load = queues[m, s]
             room = 0
