@@ -38,6 +38,7 @@ SHARED = (
     "planning/neighbours.py",
     "planning/route_table.py",
     "planning/search_memory.py",
+    "planning/tolls.py",
     "worlds/meshes/tiles.py",
 )
 """Files of the package from which kernels of other files import constants and functions."""

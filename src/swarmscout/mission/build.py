@@ -23,16 +23,15 @@ from swarmscout.destinations.selection import Destinations, Setting
 from swarmscout.destinations.selector import Selector
 from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS
 from swarmscout.mapping.evidence import EvidenceLog
-from swarmscout.mapping.footprint import STATION_ZONE, Footprint
+from swarmscout.mapping.footprint import Footprint
 from swarmscout.mapping.log_odds import InverseSensorModel, log_odds_of
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.mapping.scan_evidence import inverse_model, rays_per_beam
 from swarmscout.mission.charging import make_charging
 from swarmscout.mission.metrics import Judge, map_truth
 from swarmscout.mission.plug_ins import POLICY, RADIO, SELECTOR, SENSOR, TASK
+from swarmscout.mission.route_costs import make_costs
 from swarmscout.mission.scenario import Scenario
-from swarmscout.planning.costs import RouteCosts
-from swarmscout.planning.places import station_zone
 from swarmscout.planning.routes import Planner, Vehicle
 from swarmscout.robots.battery import CHARGER
 from swarmscout.robots.bodies import TICKS, Bodies, heading_table, place_bodies, to_ticks
@@ -74,16 +73,6 @@ __all__ = [
     "make_sensing",
     "make_task",
 ]
-
-UNPROVEN = 3000
-"""On the way home a metre of ground that is not known to be free costs as much as three more."""
-
-
-STATION = 3000
-"""Robots that do not charge keep clear of those that do, as of robots that stand."""
-
-BESIDE = 1000
-"""In 1/1000: a way along walls costs as much as one that is twice as long in the open."""
 
 
 def make_frame(world: World, scenario: Scenario) -> GridFrame:
@@ -210,18 +199,8 @@ def make_planner(
 ) -> Planner:
     """Plans and follows routes."""
     charging = make_charging(scenario)
-    cell_mm = 1000.0 * frame.cell_m
-    costs = RouteCosts(
-        straight=round(cell_mm),
-        diagonal=round(cell_mm * math.sqrt(2.0)),
-        base=1000 if scenario.routes.cost == "length" else 0,
-        least=int(make_model(scenario).permille()[0]),
-        # The paper's literal rule knows no walls to keep clear of.
-        beside=BESIDE if scenario.routes.cost == "length" else 0,
-        station=STATION if scenario.routes.cost == "length" else 0,
-        unproven=UNPROVEN if charging.share_per_m > 0.0 else 0,
-        proven=round(1000.0 * scenario.map.free_below),
-    )
+    least = int(make_model(scenario).permille()[0])
+    costs = make_costs(scenario, frame.cell_m, least, goes_home=charging.share_per_m > 0.0)
     dock_m = max(0.5 * scenario.battery.station_range_m, scenario.battery.station_range_m - 0.1)
     body = scenario.body
     vehicle = Vehicle(
@@ -341,19 +320,13 @@ def make_log(
     return log, inverse_model(scan, make_model(scenario), frame, heading_table(), log.reach)
 
 
-def make_grids(
-    scenario: Scenario, frame: GridFrame, stations_m: NDArray[np.float64]
-) -> OccupancyGrids:
+def make_grids(scenario: Scenario, frame: GridFrame) -> OccupancyGrids:
     """One blank occupancy grid."""
     body, model = scenario.body, make_model(scenario)
     # The paper's literal rule knows occupancy and nothing else.
     clear = scenario.routes.cost == "length"
     footprint = Footprint.of_disc(body.radius_m, frame.cell_m, model.hit_depth_m, keeps_clear=clear)
-    grids = OccupancyGrids(frame, 1, model, scenario.map.frontier_neighbours, footprint)
-    if scenario.battery.enabled:
-        zone = station_zone(frame, stations_m, scenario.battery.station_range_m)
-        grids.status[:, zone] |= STATION_ZONE
-    return grids
+    return OccupancyGrids(frame, 1, model, scenario.map.frontier_neighbours, footprint)
 
 
 def make_judge(ground: World, scenario: Scenario, frame: GridFrame, bodies: Bodies) -> Judge:

@@ -27,6 +27,7 @@ from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import build
 from swarmscout.mission.charging import make_charging
 from swarmscout.mission.plug_ins import complete
+from swarmscout.mission.route_costs import keep_stations_clear
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.validation import HandCheck
 from swarmscout.robots.battery import spend_or_charge
@@ -42,7 +43,7 @@ from swarmscout.worlds.world import World
 
 __all__ = ["RULES_VERSION", "Mission"]
 
-RULES_VERSION = 2
+RULES_VERSION = 3
 """Goes up when behaviour changes on purpose, so that old results are not compared with new ones."""
 
 
@@ -127,7 +128,8 @@ class Mission:
         self.log, self._scan_model = build.make_log(
             scenario, self.world.resolution_m, self.frame, self.sensing.last
         )
-        grids = build.make_grids(scenario, self.frame, self.stations_m)
+        grids = build.make_grids(scenario, self.frame)
+        keep_stations_clear(grids, scenario, self.stations_m)
         self.knowledge = Knowledge(scenario.robots, grids)
         self.sizes = build.make_desired_sizes(scenario, base, policy)
         self.formation = build.make_formation(scenario)

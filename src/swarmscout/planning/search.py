@@ -29,9 +29,10 @@ import numpy as np
 from swarmscout.core.enums import ROUTE as ROUTE_EVENT
 from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.mapping.footprint import BESIDE, STATION_ZONE, TIGHT, enter, get_out
+from swarmscout.mapping.footprint import enter, get_out
 from swarmscout.planning.route_table import STATION
 from swarmscout.planning.search_memory import BUCKETS
+from swarmscout.planning.tolls import fill_tolls, padded, toll_standing
 
 __all__ = ["plan_routes", "route_cost_field"]
 
@@ -45,32 +46,6 @@ ROW_STEP = np.array([0, 1, 0, -1, 1, 1, -1, -1], dtype=np.int64)
 COL_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1], dtype=np.int64)
 # Which orthogonal neighbours (as bits) a diagonal move passes between.
 BETWEEN = np.array([0, 0, 0, 0, 0b0011, 0b0110, 0b1100, 0b1001], dtype=np.int64)
-
-
-@inlined
-def _toll(price, status, cell, search):  # type: ignore[no-untyped-def]
-    """What a cell costs per metre; negative where a body has no room: as dear as can be."""
-    if status[cell] & TIGHT:
-        return -(search.base + 1000)
-    p = price[cell]
-    toll = search.base + p
-    if status[cell] & BESIDE:
-        toll += search.beside
-    if status[cell] & STATION_ZONE:
-        toll += search.station
-    return toll + (search.unproven if p >= search.proven else 0)
-
-
-@inlined
-def _fill_tolls(price, status, bounds, toll, search):  # type: ignore[no-untyped-def]
-    """Set the tolls of all rows that differ from those of an unknown map, or did before."""
-    columns = search.columns
-    for row in range(min(search.filled_low, bounds[0]), max(search.filled_high, bounds[1]) + 1):
-        start = (row + 1) * (columns + 2) + 1
-        for col in range(columns):
-            toll[start + col] = _toll(price, status, row * columns + col, search)
-    search.filled_low = bounds[0]
-    search.filled_high = bounds[1]
 
 
 @inlined
@@ -98,12 +73,6 @@ def _take(nodes, buckets, cell):  # type: ignore[no-untyped-def]
         buckets[-1 - before] = after
     if after >= 0:
         nodes[after].before = before
-
-
-@inlined
-def _padded(cell, columns):  # type: ignore[no-untyped-def]
-    """A cell of the grid in the numbers of ``Search``, which count the rim too."""
-    return cell + 2 * (cell // columns) + columns + 3
 
 
 @inlined
@@ -263,7 +232,7 @@ def _start_all(nodes, routes, i, search, box):  # type: ignore[no-untyped-def]
         if route.need != 1 or route.wanted != routes[i].wanted or route.map != routes[i].map:
             continue
         route.need = 2
-        start = _padded(route.here, search.columns)
+        start = padded(route.here, search.columns)
         if not _flags(nodes[start], search.count) & START:
             nodes[start].mark = (search.count << FLAG_BITS) | START
             waiting += 1
@@ -285,7 +254,7 @@ def _read_all(price, toll, nodes, routes, cells, i, search, step, events):  # ty
         route.need = 0
         route.goal = goal
         route.at = 0
-        start = _padded(route.here, search.columns)
+        start = padded(route.here, search.columns)
         length = -1
         if _flags(nodes[start], search.count) & SETTLED:
             length, end, route.way_mm = _read_off(price, toll, nodes, search, start, cells[j])
@@ -310,20 +279,6 @@ def _name_docks(routes, m, docks, status, queues, rows, columns, reach):  # type
                 dock = docks[d, 0]
                 least = queue
         route.end = dock
-
-
-@inlined
-def _toll_standing(price, status, toll, standing, search, more):  # type: ignore[no-untyped-def]
-    """Make the cells in which robots stand for long dearer, or put them back (`more` = 0)."""
-    for e in range(standing.shape[0]):
-        cell = standing[e]
-        extra = more
-        if cell < -1:
-            cell = -2 - cell
-            extra = 4 * more
-        if cell >= 0:
-            fresh = _toll(price, status, cell, search)
-            toll[_padded(cell, search.columns)] = fresh + (extra if fresh >= 0 else -extra)
 
 
 @kernel
@@ -361,9 +316,9 @@ def plan_routes(  # type: ignore[no-untyped-def]
             continue
         m = routes[i].map
         if m != loaded:
-            _fill_tolls(price[m], status[m], bounds[m], toll, search)
+            fill_tolls(price[m], status[m], bounds[m], toll, search)
             loaded = m
-        _toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
+        toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
         search.count += 2
         waiting = _start_all(nodes, routes, i, search, box)
         n = 0
@@ -372,14 +327,14 @@ def plan_routes(  # type: ignore[no-untyped-def]
             other = goal < STATION and docks[d, 1] != STATION - 1 - goal
             seed = enter(status[m], seed, rows, columns, reach[0])
             if seed >= 0 and not other:
-                seeds[n] = _padded(seed, columns)
+                seeds[n] = padded(seed, columns)
                 costs[n] = queues[m, docks[d, 1]] if goal == STATION else 0
                 n += 1
         _spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
         _read_all(price[m], toll, nodes, routes, cells, i, search, step, events)
         if goal == STATION:
             _name_docks(routes, m, docks, status[m], queues[m], rows, columns, reach[0])
-        _toll_standing(price[m], status[m], toll, standing[m], search, 0)
+        toll_standing(price[m], status[m], toll, standing[m], search, 0)
 
 
 @kernel
@@ -396,25 +351,25 @@ def route_cost_field(  # type: ignore[no-untyped-def]
         found: int64[n], written: the cost for each target, -1 where it was not settled.
     """
     search = state[0]
-    _fill_tolls(price, status, bounds, toll, search)
+    fill_tolls(price, status, bounds, toll, search)
     search.count += 2
     waiting = 0
     for t in range(targets.shape[0]):
         if targets[t] < 0:
             continue
-        cell = _padded(targets[t], search.columns)
+        cell = padded(targets[t], search.columns)
         if not _flags(nodes[cell], search.count) & START:
             nodes[cell].mark = (search.count << FLAG_BITS) | START
             waiting += 1
     waiting = min(waiting, at_most)
     # A box over everything: no heuristic, so cells are settled in the order of their cost.
     box = np.array([0, price.shape[0], 0, price.shape[0]], dtype=np.int64)
-    seeds = np.array([_padded(start, search.columns)], dtype=np.int64)
+    seeds = np.array([padded(start, search.columns)], dtype=np.int64)
     if waiting > 0:
         _spread(toll, nodes, buckets, seeds, np.zeros(1, dtype=np.int64), waiting, box, search)
     for t in range(targets.shape[0]):
         found[t] = -1
         if targets[t] >= 0:
-            node = nodes[_padded(targets[t], search.columns)]
+            node = nodes[padded(targets[t], search.columns)]
             if _flags(node, search.count) & SETTLED:
                 found[t] = node.cost
