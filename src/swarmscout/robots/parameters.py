@@ -41,7 +41,10 @@ class BatteryParameters(Parameters):
     start_max: Share = Field(
         1.0, description="upper end of the uniform range of the initial charge, as a share"
     )
-    charge_below: Share = Field(0.25, description="with the rule 'threshold': CHR mode starts below this share of the charge")
+    charge_below: Share = Field(
+        0.25,
+        description="with the rule 'threshold': CHR mode starts below this share of the charge",
+    )
     charge_per_step: float = Field(
         10.0, gt=0.0, le=1e9, description="charge gained per step at a station, in steps"
     )
@@ -50,7 +53,8 @@ class BatteryParameters(Parameters):
     )
     return_rule: Literal["threshold", "distance"] = Field(
         "threshold",
-        description="'threshold': return at a fixed share; 'distance': when just enough is left for the way",
+        description="'threshold': return at a fixed share; 'distance': when just enough is left "
+        "for the way",
     )
 
     @model_validator(mode="after")

@@ -45,7 +45,8 @@ def place_stations(world: World, robots: int) -> NDArray[np.float64]:
 
     Returns:
         float64[k, 2], ``(x, y)`` in metres: the world's own where they were set by hand, else one
-        for up to 20 robots, and one for each 10 of more; the first near the start, the others near by along the ground.
+        for up to 20 robots, or one for each 10; the first near the start, the others near by along
+        the ground.
 
     Raises:
         WorldError: no station finds room near the start.
