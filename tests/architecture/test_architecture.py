@@ -79,6 +79,7 @@ for name in policies():
 for links in (None, lambda step: np.eye(6, k=step % 3, dtype=bool)):
     fly(links=links, sizes=SizedByAll(), teams={"leave_rule": "general"})
 fly(links=lambda step: np.eye(6, k=step % 3, dtype=bool))
+fly(links=lambda step: np.full((6, 6), step % 4 > 1))  # Groups part, and join again.
 ss.record_mission(Scenario(robots=3, steps=9), links=lambda _: np.eye(3) > 0).map_at(robot=1)
 fly(teams={"members": "fan", "fan_m": 3})
 fly(battery={"return_rule": "distance"})

@@ -32,7 +32,7 @@ def test_places_lie_inside_the_range_and_apart(seed: int, cell_m: float) -> None
 
 
 def hall(robots: int, rule: str, steps: int, **battery: float) -> Mission:
-    """Robots in an empty hall with two stations."""
+    """Robots in an empty hall; 30 have three stations."""
     world = world_from_array(np.ones((160, 200), dtype=np.uint8), resolution_m=0.1)
     return Mission(
         Scenario(
@@ -43,7 +43,7 @@ def hall(robots: int, rule: str, steps: int, **battery: float) -> Mission:
     )  # fmt: skip
 
 
-def test_no_two_robots_stand_at_the_same_place_and_both_stations_are_used() -> None:
+def test_no_two_robots_stand_at_the_same_place_and_all_stations_are_used() -> None:
     mission = hall(30, "distance", 260, capacity_steps=200)
     used = set()
     while not mission.done:
@@ -56,7 +56,7 @@ def test_no_two_robots_stand_at_the_same_place_and_both_stations_are_used() -> N
         settled = [p for p in places.tolist() if (places == p).sum() > 2]
         assert not settled
         assert (own["place"][~charges & mission.bodies.alive] == -1).all()
-    assert used == {0, 1}
+    assert used == {0, 1, 2}
 
 
 @pytest.mark.parametrize("robots", [1, 8])

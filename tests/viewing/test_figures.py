@@ -71,7 +71,13 @@ def test_figures_show_the_run(run):
 
 
 def test_a_robot_that_charges_is_named(tmp_path):
-    run = explore("lava-tube-small", robots=4, steps=30, seed=1, battery={"charge_below": 1.0})
+    run = explore(
+        "lava-tube-small",
+        robots=4,
+        steps=30,
+        seed=1,
+        battery={"charge_below": 1.0, "return_rule": "threshold"},
+    )
     axes = team_map(Replay(run), 20).axes[0]
     assert [text.get_text() for text in axes.texts] == ["charging"]
 

@@ -151,13 +151,12 @@ class Planner:
             minds.own, knowledge.ear, grids.status, grids.counts, table.state, table.cells,
             self._grid, step,
         )  # fmt: skip
-        if not needs:
-            return
-        if (table.state["wanted"][table.state["need"] == 1] > STATION).any():
+        if needs and (table.state["wanted"][table.state["need"] == 1] > STATION).any():
             self._plan(self._search, knowledge, table, step, events.rows)
-        if (table.state["need"] == 1).any():
+        if needs and (table.state["need"] == 1).any():
             self._plan(self._home_search, knowledge, table, step, events.rows)
-            take_stations(minds.own, table.state, self._docks, self._queues)
+        # In each step: whether others plan must not matter to who gives its station up.
+        take_stations(minds.own, table.state, self._docks, self._queues)
 
     def look_home(
         self,

@@ -251,7 +251,7 @@ def _read_all(price, toll, nodes, routes, cells, i, search, step, events):  # ty
         route = routes[j]
         if route.need != 2:
             continue
-        route.need = 0
+        route.need = 3 if goal == STATION else 0
         route.goal = goal
         route.at = 0
         start = padded(route.here, search.columns)
@@ -266,10 +266,13 @@ def _read_all(price, toll, nodes, routes, cells, i, search, step, events):  # ty
 
 
 @inlined
-def _name_docks(routes, m, docks, status, queues, rows, columns, reach):  # type: ignore[no-untyped-def]
-    """Where ways to the best station end, say so by the dock that the last cell stands for."""
+def _name_docks(routes, docks, status, queues, rows, columns, reach):  # type: ignore[no-untyped-def]
+    """Let ways to a station that were just read off end at the dock that the last cell is for."""
     for route in routes:
-        if route.goal != STATION or route.map != m or route.cost < 0:
+        if route.need != 3:
+            continue
+        route.need = 0
+        if route.cost < 0:
             continue
         dock = route.end
         least = 1 << 62
@@ -333,7 +336,7 @@ def plan_routes(  # type: ignore[no-untyped-def]
         _spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
         _read_all(price[m], toll, nodes, routes, cells, i, search, step, events)
         if goal == STATION:
-            _name_docks(routes, m, docks, status[m], queues[m], rows, columns, reach[0])
+            _name_docks(routes, docks, status[m], queues[m], rows, columns, reach[0])
         toll_standing(price[m], status[m], toll, standing[m], search, 0)
 
 
