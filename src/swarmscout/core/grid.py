@@ -56,6 +56,11 @@ class GridFrame:
         """Number of cells."""
         return self.rows * self.columns
 
+    def write_into(self, record: np.void) -> None:
+        """Write the frame into a record that has the fields of ``GRID``, and others."""
+        for name in GRID.names or ():
+            record[name] = getattr(self, name)
+
     @property
     def record(self) -> NDArray[np.void]:
         """GRID[1], for kernels."""

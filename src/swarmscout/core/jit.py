@@ -31,6 +31,7 @@ SHARED = (
     "core/cells.py",
     "core/enums.py",
     "core/events.py",
+    "core/segments.py",
     "mapping/footprint.py",
     "mapping/occupancy.py",
     "minds/given_up.py",

@@ -18,8 +18,8 @@ from swarmscout.planning.routes import Planner
 __all__ = ["LOOK_STEPS", "Candidates"]
 
 LOOK_STEPS = 5
-"""A leader that has found no candidate looks again after so many steps, or when a place's time to
-be avoided is over. That takes one search of routes for all who share a map, and asks no rule."""
+"""Number of steps after which a leader without a candidate looks again; sooner if the time for
+which a place is avoided ends. Looking takes one route search for all robots that share a map."""
 
 
 @kernel

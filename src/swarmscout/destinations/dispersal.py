@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from swarmscout.core.cells import offset
+from swarmscout.core.grid import GRID
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.minds.modes import is_on_task
 
@@ -19,11 +20,7 @@ __all__ = ["FAN", "fan_out"]
 
 FAN = np.dtype(
     [
-        ("origin_x_m", "f8"),  # the grid's frame
-        ("origin_y_m", "f8"),
-        ("cell_m", "f8"),
-        ("rows", "i8"),
-        ("columns", "i8"),
+        *GRID.descr,  # the frame of the map
         ("candidate_bit", "i8"),  # in a cell's mark, see CheckedTask
         ("reach_m", "f8"),  # this near to a target's centre it is reached
         ("fan_m", "f8"),  # targets lie this near to the destination …

@@ -3,9 +3,9 @@
 "After any member reaches the assigned target, the leader selects a new target" (paper, "Task
 description"). Deviation: the scenario ``paper`` also drops a destination that is not a candidate of
 the task any more or overdue, and a team avoids for a while what it gave up; ``paper-literal`` does
-not. Frontiers that robots stood within reach of and could not resolve are closed in the end, for
-all that heard of it, since their sensors are no better (:mod:`swarmscout.minds.given_up`); what a
-team did not get to counts for the team alone.
+not. A place whose frontiers persist although robots stood within reach is closed in the end, for
+all robots that heard of it, as all have the same sensor (:mod:`swarmscout.minds.given_up`); a place
+that a team could not get to is avoided by that team alone.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from swarmscout.core.enums import (
     UNREACHABLE,
 )
 from swarmscout.core.events import note
+from swarmscout.core.grid import GRID
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.minds.given_up import FOR_GOOD, avoided_until, place_of, remember
 from swarmscout.minds.modes import is_on_task
@@ -43,10 +44,7 @@ NEAR_M = 2.0
 
 RENEWAL = np.dtype(
     [
-        ("origin_x_m", "f8"),  # the grid's frame
-        ("origin_y_m", "f8"),
-        ("cell_m", "f8"),
-        ("columns", "i8"),
+        *GRID.descr,  # the frame of the map
         ("candidate_bit", "i8"),  # in a cell's mark, see CheckedTask
         ("reach_m", "f8"),  # this near to the destination's centre it is reached
         ("stale_rule", "?"),  # also drop what is not a candidate any more, or overdue

@@ -85,7 +85,7 @@ class Destinations:
         name: what it is called in records.
         memories: per robot, what the selector wants to remember.
         seconds: how long the last step's decisions took.
-        ask: who answers a selector that asks a language model; None: it decides heads.
+        ask: who answers a selector that asks a language model; None: it decides alone.
         waiting: how long a model's answers take.
 
     Args:
@@ -184,10 +184,10 @@ class Destinations:
     ) -> bool:
         """Whether no team will find a candidate to head for any more.
 
-        Nobody has a destination, and on the own map of each leader no route reaches a candidate
-        whose place is not closed. The same holds for robots that charge, which will be back; but
-        while all do, nothing is said. A member that has lost its leader will lead, or follow
-        another, before long: so long the mission goes on.
+        That is so if no robot has a destination, and on each leader's own map no route reaches a
+        candidate whose place is not closed. Robots that charge are included, as they will explore
+        again; while all robots charge, the answer is False. It is False, too, while a member has
+        lost its leader, for it will soon lead or follow another one.
 
         Args:
             minds: what robots believe. knowledge: what they have heard. planner: plans routes.
@@ -316,14 +316,12 @@ def _record(
 ) -> NDArray[np.void]:
     """Rules as an argument of kernels: one record, in an array, which costs the least per call."""
     record, frame = np.zeros(1, dtype=dtype), setting.frame
-    for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
-        if name in (dtype.names or ()):
-            record[name] = getattr(frame, name)
+    frame.write_into(record[0])
     record["candidate_bit"] = task.bit
     reach_m = task.reach_m
     if reach_m is None:
-        # From where a destination counts as reached its sensor has to see past the cell; but a
-        # route ends before its goal, so nearer than that nobody comes.
+        # Where a destination counts as reached, the sensor has to see past its cell; but robots
+        # stop at the end of their routes, which lies before the goal.
         reach_m = min(renewal.reach_m, max(setting.range_m - frame.cell_m, setting.stop_m))
     record["reach_m"] = reach_m
     if dtype is RENEWAL:

@@ -65,8 +65,8 @@ class Footprint:
 
     Attributes:
         weights: int64[n, 3]: rows and columns off an occupied cell, and what it weighs there.
-        entry_cells: a body's place for a goal without room lies at most so far from it.
-        exit_cells: the same for a place from which a body has to get out.
+        entry_cells: largest distance from a goal without room to the place that stands for it.
+        exit_cells: the same for a place without room that a body has to leave.
     """
 
     weights: NDArray[np.int64] = field(

@@ -23,9 +23,9 @@ from swarmscout.mapping.log_odds import InverseSensorModel
 __all__ = ["BUMP_HITS", "inverse_model", "observe", "rays_per_beam", "scan_evidence"]
 
 BUMP_HITS = 4
-"""A bump counts like so many rays that ended there: it is certain, and rays that pass over a drop,
-or through the open part of a cell, must not outvote it at once. Much more, and a bump at the edge
-of a narrow passage would shut it for good."""
+"""Number of hits that a bump counts as. It is certain, and rays that pass over a drop or through
+the open part of a cell must not outvote it at once. Much more, and a bump at the edge of a narrow
+passage would close it for good."""
 
 _MODEL = np.dtype([
     # The occupancy grid's frame.

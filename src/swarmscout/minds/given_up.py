@@ -48,7 +48,7 @@ TRIES = 4
 FOR_GOOD = 2**31 - 1
 
 PARTS, PART = 32, 8
-"""A robot's table has so many parts of so many places."""
+"""Number of parts of a robot's table, and of places in each part."""
 
 
 def nothing_given_up(robots: int) -> NDArray[np.void]:

@@ -25,7 +25,6 @@ from swarmscout.mapping.scan_evidence import observe
 from swarmscout.minds.minds import blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import build
-from swarmscout.mission.charging import make_charging
 from swarmscout.mission.plug_ins import complete
 from swarmscout.mission.route_costs import keep_stations_clear
 from swarmscout.mission.scenario import Scenario
@@ -141,7 +140,6 @@ class Mission:
         )  # fmt: skip
         self.asker = build.make_asker(scenario, self.destinations.selector, model)
         self.destinations.ask = self.asker
-        self._charging = make_charging(scenario)
         self._charger = build.make_charger(scenario)
         # Judging. While one map serves all robots, it is the swarm's.
         self.swarm = self.knowledge.grids
@@ -314,7 +312,8 @@ class Mission:
         below = -1.0
         if battery.enabled and battery.return_rule == "threshold":
             below = battery.charge_below
-        per_m, reserve = self._charging.share_per_m, self._charging.share_reserve
+        charging = self.planner.charging
+        per_m, reserve = charging.share_per_m, charging.share_reserve
         if per_m > 0.0 and not self.planner.look_home(
             minds, self.knowledge, self.action, bodies.contact, self.step_number
         ):

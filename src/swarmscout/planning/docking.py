@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.cells import cell_of, offset
 from swarmscout.core.enums import CHARGE, EXPLORE, FORWARD, NO_CONTACT
-from swarmscout.core.grid import GridFrame
+from swarmscout.core.grid import GRID, GridFrame
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import TIGHT
 from swarmscout.planning.route_table import NO_PLACE, NOWHERE, STATION, WAITS
@@ -38,11 +38,7 @@ __all__ = [
 
 DOCKING = np.dtype(
     [
-        ("origin_x_m", "f8"),  # the grid's frame
-        ("origin_y_m", "f8"),
-        ("cell_m", "f8"),
-        ("rows", "i8"),
-        ("columns", "i8"),
+        *GRID.descr,  # the frame of the map
         ("range_m", "f8"),  # of a station
         ("near_m", "f8"),  # this near to its station a robot takes a place there, or waits
         ("apart_m", "f8"),  # places are at least so far from each other and from what stands there
@@ -60,7 +56,7 @@ LOOK_EVERY = 5
 """Robots look their way home up in the same steps, so that one search serves many."""
 
 IN_THE_WAY = 4
-"""One robot that is silent near a station weighs as much as so many that charge there."""
+"""A robot that is silent near a station weighs as much as this many that charge there."""
 
 HEARD_STEPS = 50
 """What was said longer ago does not count any more."""
@@ -106,8 +102,7 @@ def docking_rules(
     """
     rules = np.zeros(1, dtype=DOCKING)
     rule = rules[0]
-    for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
-        rule[name] = getattr(frame, name)
+    frame.write_into(rule)
     for name in ("range_m", "share_per_m", "share_reserve"):
         rule[name] = getattr(charging, name)
     rule["near_m"] = charging.range_m + NEAR_M

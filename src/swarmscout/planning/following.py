@@ -19,6 +19,7 @@ import numpy as np
 
 from swarmscout.core.cells import cell_at, cell_of, offset
 from swarmscout.core.enums import CHARGE, NO_CONTACT, OCCUPIED, STOP, WALL_CONTACT
+from swarmscout.core.grid import GRID
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
 from swarmscout.mapping.occupancy import CLOSED
@@ -28,16 +29,12 @@ __all__ = ["DRIVING", "find_needs", "mark_standing", "steer"]
 
 DRIVING = np.dtype(
     [
-        ("origin_x_m", "f8"),  # the grid's frame
-        ("origin_y_m", "f8"),
-        ("cell_m", "f8"),
-        ("rows", "i8"),
-        ("columns", "i8"),
+        *GRID.descr,  # the frame of the map
         ("long_still", "i8"),  # robots that have not moved for this many steps make routes dearer
         ("radius_m", "f8"),  # the robots' body
         ("forward_m", "f8"),
         ("still_m", "f8"),  # a robot that stays within this distance stands
-        ("progress_cells", "i8"),  # so many cells less to the goal are progress
+        ("progress_cells", "i8"),  # coming nearer to the goal by this many cells is progress
         ("most_off", "i8"),  # a robot whose heading is off by more turns, in ticks
         ("turn_ticks", "i8"),  # of one rotation
         ("ahead_m", "f8"),  # what has to be free of walls for a move
@@ -56,14 +53,14 @@ OFF_ROUTE_M = 2.5
 # Near enough to charge, a robot gives up its way to its place after so many steps on the spot if
 # something blocks it, and twice as many else.
 PATIENT = 3
-# The waypoint is at most so many strides ahead.
+# Largest number of strides from a robot to its waypoint.
 SIGHT_STRIDES = 8
-# For so long a robot remembers a wall or a robot that it bumped into, and follows its route from
-# cell to cell after a wall.
+# Steps for which a robot remembers a wall or a robot that it bumped into, and for which it follows
+# its route from cell to cell after a wall.
 WALL_STEPS = 40
 ROBOT_STEPS = 4
 CAREFUL_STEPS = 8
-# After so many steps without progress it plans anew, and gives up.
+# Steps without progress after which it plans anew, and after which it gives up.
 REPLAN_STEPS = 12
 FAIL_STEPS = 24
 

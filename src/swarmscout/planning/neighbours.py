@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from swarmscout.core.enums import CHARGE
+from swarmscout.core.grid import GRID
 from swarmscout.core.jit import inlined
 
 __all__ = [
@@ -26,11 +27,7 @@ __all__ = [
 
 RIGHTS = np.dtype(
     [
-        ("origin_x_m", "f8"),  # the grid's frame
-        ("origin_y_m", "f8"),
-        ("cell_m", "f8"),
-        ("rows", "i8"),
-        ("columns", "i8"),
+        *GRID.descr,  # the frame of the map
         ("edge_m", "f8"),  # of the buckets in which robots look for each other
         ("bucket_rows", "i8"),
         ("bucket_columns", "i8"),
@@ -52,7 +49,6 @@ NEIGHBOUR = np.dtype(
         ("starts", "i8"),  # turns until it looks there; FAR: it stands
         ("wants", "?"),  # it wants to drive
         ("first", "?"),  # it goes first
-        ("now", "?"),  # it was heard in this step
     ],
     align=True,
 )
@@ -60,11 +56,12 @@ NEIGHBOUR = np.dtype(
 
 MOST_NEAR = 48
 MOVES = 5
-"""So many moves are looked ahead."""
+"""Number of moves looked ahead."""
 TURN_STEPS = 20
-"""For so many steps the same robots go first."""
+"""Number of steps after which the order of robots rotates."""
 BUSY_STEPS = 6
-"""Who has not got away for so long is not expected to drive on: two would wait for each other."""
+"""A robot that has stayed in place for this many steps is not expected to drive on: otherwise two
+robots would wait for each other."""
 FAR = 1 << 20
 
 
@@ -109,8 +106,7 @@ def _expect(near, beacon, mine, i, j, robots, step, headings, rules):  # type: i
     """Write down what is expected of robot j."""
     near.x_m = beacon.x_m
     near.y_m = beacon.y_m
-    near.now = beacon.step == step
-    near.wants = near.now and beacon.aim >= 0
+    near.wants = beacon.step == step and beacon.aim >= 0
     near.dx_m = 0.0
     near.dy_m = 0.0
     near.starts = FAR

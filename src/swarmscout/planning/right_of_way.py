@@ -22,8 +22,10 @@ import math
 
 import numpy as np
 
+from swarmscout.core.cells import cell_at
 from swarmscout.core.enums import CHARGE, FORWARD, LEFT, OCCUPIED, RIGHT, STOP
 from swarmscout.core.jit import inlined, kernel
+from swarmscout.core.segments import way_distance2
 from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
 from swarmscout.planning.neighbours import (
     FAR,
@@ -39,7 +41,7 @@ from swarmscout.planning.neighbours import (
 __all__ = ["keep_clear"]
 
 WAITS = 3
-"""So many steps a robot waits for others to pass."""
+"""Largest number of steps for which a robot waits for others to pass."""
 ALONE, JAMMED, TAKEN = 0, 1, 2
 PATIENCE_STEPS = 4
 """Among others that want to drive on a robot waits for its turn, but not for ever."""
@@ -50,18 +52,6 @@ MOST_DETOUR = 8.0
 CLEAR_M = 0.01
 # What it costs, in steps, to stop before a robot or a wall.
 STOP_COST = 4.0
-
-
-@inlined
-def _way_distance2(x, y, dx, dy, px, py):  # type: ignore[no-untyped-def]
-    """Squared distance from a point p to the way from (x, y) to (x + dx, y + dy)."""
-    length2 = dx * dx + dy * dy
-    t = 0.0
-    if length2 > 0.0:
-        t = min(1.0, max(0.0, ((px - x) * dx + (py - y) * dy) / length2))
-    ex = x + t * dx - px
-    ey = y + t * dy - py
-    return ex * ex + ey * ey
 
 
 @inlined
@@ -76,7 +66,7 @@ def _meets(near, x, y, dx, dy, t, rules):  # type: ignore[no-untyped-def]
         other = near[n]
         if t == 0 or other.starts == FAR:
             # Where it is now; who is too near already may drive away.
-            gap2 = _way_distance2(x, y, dx, dy, other.x_m, other.y_m)
+            gap2 = way_distance2(x, y, dx, dy, other.x_m, other.y_m)
             ex = x + dx - other.x_m
             ey = y + dy - other.y_m
             away = ex * dx + ey * dy > 0.0 and gap2 >= (x - other.x_m) ** 2 + (y - other.y_m) ** 2
@@ -89,7 +79,7 @@ def _meets(near, x, y, dx, dy, t, rules):  # type: ignore[no-untyped-def]
             ox = other.x_m + made * other.dx_m
             oy = other.y_m + made * other.dy_m
             # Seen from it, this robot moves by the relative motion.
-            if _way_distance2(x, y, dx - vx, dy - vy, ox, oy) < apart * apart:
+            if way_distance2(x, y, dx - vx, dy - vy, ox, oy) < apart * apart:
                 return JAMMED
     return ALONE
 
@@ -102,12 +92,11 @@ def _is_closed(status, route, x, y, dx, dy, step, rules):  # type: ignore[no-unt
             px = route.bump_x_m[b]
             py = route.bump_y_m[b]
             if (
-                _way_distance2(x, y, dx, dy, px, py) < route.bump_reach_m[b] ** 2
+                way_distance2(x, y, dx, dy, px, py) < route.bump_reach_m[b] ** 2
                 and (px - x) * dx + (py - y) * dy > 0.0
             ):
                 return True
-    row = int(math.floor((y + dy - rules.origin_y_m) / rules.cell_m))
-    col = int(math.floor((x + dx - rules.origin_x_m) / rules.cell_m))
+    row, col = cell_at(x + dx, y + dy, rules)
     if row < 0 or row >= rules.rows or col < 0 or col >= rules.columns:
         return True
     cell = row * rules.columns + col
@@ -198,10 +187,8 @@ def _way_back(me, status, route, near, step, headings, rules):  # type: ignore[n
     best = -math.inf
     best_heading = 0
     best_moves = 0
-    for k in range(
-        -(ticks // (2 * rules.turn_ticks * rules.aside)),
-        1 + ticks // (2 * rules.turn_ticks * rules.aside),
-    ):
+    half = ticks // (2 * rules.turn_ticks * rules.aside)
+    for k in range(-half, half + 1):
         turns = k * rules.aside
         heading = (me.heading + turns * rules.turn_ticks) % ticks
         dx = rules.forward_m * headings[heading, 0]
@@ -218,7 +205,7 @@ def _way_back(me, status, route, near, step, headings, rules):  # type: ignore[n
 
 @inlined
 def _turn_or_drive(turns):  # type: ignore[no-untyped-def]
-    """The action that brings a robot onto a heading so many turns to its left, or along it."""
+    """The action that brings a robot onto a heading some turns to its left, or along it."""
     if turns == 0:
         return FORWARD
     return LEFT if turns > 0 else RIGHT
@@ -226,7 +213,7 @@ def _turn_or_drive(turns):  # type: ignore[no-untyped-def]
 
 @inlined
 def _set_out(me, route, heading, moves, turn, ticks):  # type: ignore[no-untyped-def]
-    """Begin a detour of so many moves; returns the action."""
+    """Begin a detour of some moves; returns the action."""
     me.aim = heading
     route.aim = heading
     turns = turns_to(me.heading, heading, turn, ticks)
@@ -299,8 +286,8 @@ def _drive(me, status, route, near, i, step, headings, rules):  # type: ignore[n
     aside, other, moves = _best_detour(me, status, route, near, wanted, step, headings, rules)
     if aside < time:
         return _set_out(me, route, other, moves, turn, ticks)
-    if stay or (turns == 0 and wait > 0):
-        return _turn_or_drive(turns) if turns != 0 else STOP
+    if turns == 0 and (stay or wait > 0):
+        return STOP
     return _turn_or_drive(turns)
 
 

@@ -75,6 +75,7 @@ class Planner:
         table: the routes.
         costs: what moving costs.
         stations_m: float64[k, 2], where the charging stations are.
+        charging: batteries and stations.
 
     Args:
         frame: the occupancy grids'.
@@ -104,7 +105,7 @@ class Planner:
         self._standing = np.full((1, robots), -1, dtype=np.int64)
         self._docks = dock_cells(frame, stations_m)
         self._queues = np.zeros((1, max(1, len(stations_m))), dtype=np.int64)
-        charging = charging or ChargingRules()
+        self.charging = charging = charging or ChargingRules()
         self._rules = docking_rules(frame, charging, vehicle.radius_m, vehicle.forward_m)
         self._headings = vehicle.headings
         turn_ticks = vehicle.turn_ticks
@@ -115,8 +116,7 @@ class Planner:
         cosine = max(0.5, float(vehicle.headings[most_off, 0]))
         self._grid = np.zeros(1, dtype=DRIVING)
         grid = self._grid[0]
-        for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
-            grid[name] = getattr(frame, name)
+        frame.write_into(grid)
         grid["long_still"] = LONG_STILL_STEPS
         grid["radius_m"], grid["forward_m"] = vehicle.radius_m, vehicle.forward_m
         grid["still_m"] = max(2.0 * vehicle.radius_m, 1.5 * vehicle.forward_m)
@@ -151,6 +151,8 @@ class Planner:
             minds.own, knowledge.ear, grids.status, grids.counts, table.state, table.cells,
             self._grid, step,
         )  # fmt: skip
+        if needs:
+            self._mark_standing(knowledge, step)
         if needs and (table.state["wanted"][table.state["need"] == 1] > STATION).any():
             self._plan(self._search, knowledge, table, step, events.rows)
         if needs and (table.state["need"] == 1).any():
@@ -180,10 +182,20 @@ class Planner:
         home = self._home
         asks = ask_ways(minds.own, knowledge.ear, action, contact, home.state, self._rules, step)
         if asks:
+            self._mark_standing(knowledge, step)
             nobody_hears = np.zeros(1, dtype=EVENT)
             self._plan(self._home_search, knowledge, home, step, nobody_hears)
             take_ways(minds.own, home.state, self.stations_m)
         return step % LOOK_EVERY == 0
+
+    def _mark_standing(self, knowledge: Knowledge, step: int) -> None:
+        """Bring up to date where robots stand, for the searches of this step."""
+        if len(self._standing) < len(knowledge.heard):
+            self._standing = np.full(knowledge.still.shape, -1, dtype=np.int64)
+            self._queues = np.zeros((len(knowledge.heard), self._queues.shape[1]), dtype=np.int64)
+        mark_standing(
+            knowledge.heard, knowledge.still, knowledge.rows, self._grid, step, self._standing
+        )
 
     def _plan(
         self,
@@ -195,12 +207,6 @@ class Planner:
     ) -> None:
         """Plan the routes that are needed, those to cells or those to stations."""
         grids = knowledge.grids
-        if len(self._standing) < len(knowledge.heard):
-            self._standing = np.full(knowledge.still.shape, -1, dtype=np.int64)
-            self._queues = np.zeros((len(knowledge.heard), self._queues.shape[1]), dtype=np.int64)
-        mark_standing(
-            knowledge.heard, knowledge.still, knowledge.rows, self._grid, step, self._standing
-        )
         weigh_stations(
             knowledge.heard, table.state, grids.status, self.stations_m, self._places, self._queues,
             self._rules, step,
@@ -280,8 +286,7 @@ def _rights(frame: GridFrame, vehicle: Vehicle) -> NDArray[np.void]:
     """RIGHTS[1]: how robots with this body keep clear of each other."""
     rights = np.zeros(1, dtype=RIGHTS)
     rules = rights[0]
-    for name in ("origin_x_m", "origin_y_m", "cell_m", "rows", "columns"):
-        rules[name] = getattr(frame, name)
+    frame.write_into(rules)
     rules["edge_m"] = edge_m = max(1.0, frame.cell_m * max(frame.rows, frame.columns) / 512)
     rules["bucket_rows"] = math.ceil(frame.rows * frame.cell_m / edge_m)
     rules["bucket_columns"] = math.ceil(frame.columns * frame.cell_m / edge_m)

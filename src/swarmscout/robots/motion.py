@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.enums import FORWARD, LEFT, NO_CONTACT, RIGHT, ROBOT_CONTACT, WALL_CONTACT
 from swarmscout.core.jit import inlined, kernel
+from swarmscout.core.segments import way_distance2
 from swarmscout.robots.bodies import Bodies
 from swarmscout.worlds.world import World
 
@@ -46,18 +47,6 @@ def _box_distance2(px, py, left, bottom, res):  # type: ignore[no-untyped-def]
     dx = max(left - px, 0.0, px - left - res)
     dy = max(bottom - py, 0.0, py - bottom - res)
     return dx * dx + dy * dy
-
-
-@inlined
-def _way_distance2(x, y, dx, dy, px, py):  # type: ignore[no-untyped-def]
-    """Squared distance from a point p to the way from (x, y) to (x + dx, y + dy)."""
-    length2 = dx * dx + dy * dy
-    t = 0.0
-    if length2 > 0.0:
-        t = min(1.0, max(0.0, ((px - x) * dx + (py - y) * dy) / length2))
-    ex = x + t * dx - px
-    ey = y + t * dy - py
-    return ex * ex + ey * ey
 
 
 @inlined
@@ -109,7 +98,7 @@ def _wall_on_way(free, ox, oy, res, x, y, dx, dy, radius, at):  # type: ignore[n
                 for corner in range(4):
                     px = left + (corner % 2) * res
                     py = bottom + (corner // 2) * res
-                    distance2 = min(distance2, _way_distance2(x, y, dx, dy, px, py))
+                    distance2 = min(distance2, way_distance2(x, y, dx, dy, px, py))
                 if distance2 >= reach2 and _crosses(x, y, dx, dy, left, bottom, res):
                     distance2 = 0.0
             if distance2 < reach2 and end2 < nearest:
@@ -147,7 +136,7 @@ def _robot_on_way(i, dx, dy, position, first, neighbours, rules):  # type: ignor
                 ry = dy - (position[j, 1] - neighbours[j].y_m)
                 if (
                     j != i
-                    and _way_distance2(x, y, rx, ry, neighbours[j].x_m, neighbours[j].y_m) < apart2
+                    and way_distance2(x, y, rx, ry, neighbours[j].x_m, neighbours[j].y_m) < apart2
                     and (touched < 0 or j < touched)
                 ):
                     touched = j

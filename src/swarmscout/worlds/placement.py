@@ -22,10 +22,10 @@ from swarmscout.worlds.world import World
 __all__ = ["place_robots", "place_stations"]
 
 FEW_ROBOTS = 20
-"""So many share one station …"""
+"""Largest swarm with a single station."""
 
 ROBOTS_PER_STATION = 10
-"""… and larger swarms have one for so many robots: they get in each other's way."""
+"""Robots per station in larger swarms, in which robots get in each other's way."""
 
 _ROBOTS_PER_START = 20
 _SPACING_M = 0.6
@@ -65,8 +65,8 @@ def place_robots(
     Args:
         world: a world.
         robots: how many.
-        start: ``"one-place"`` (near the start along the ground: round places like those of
-            stations, but 4 m apart; round the start where stations were set by hand) or
+        start: ``"one-place"`` (near the start along the ground, around centres chosen like
+            stations but 4 m apart; around the start where stations were set by hand) or
             ``"spread"`` (anywhere that can be reached).
         rng: chooses among the places and assigns them to robots.
         radius_m: a robot's radius, in metres.
