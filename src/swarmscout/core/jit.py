@@ -32,6 +32,8 @@ SHARED = (
     "core/enums.py",
     "core/events.py",
     "core/segments.py",
+    "destinations/offers.py",
+    "destinations/walking.py",
     "mapping/footprint.py",
     "mapping/occupancy.py",
     "minds/given_up.py",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +82,7 @@ class Candidates:
         self._rules = rules
         self._step = step
         self._frontiers: dict[int, Frontiers] = {}
-        self._reached: dict[int, list[NDArray[np.bool_]]] = {}
+        self._reached: dict[int, list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]] = {}
 
     def of_map(self, row: int) -> Frontiers:
         """All candidates of one map."""
@@ -126,6 +126,35 @@ class Candidates:
         me["hopeless"] = not later.any()
         return None
 
+    def masks(
+        self, row: int, leaders: Sequence[int]
+    ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+        """Where routes lead, for leaders that read the same map.
+
+        Returns:
+            bool[K, F]; and int64[L], the row that counts for each leader, -1 if it doubts nothing.
+        """
+        masks: list[NDArray[np.bool_]] = []
+        which = np.full(len(leaders), -1, dtype=np.int64)
+        doubts = self._minds.own["doubts"]
+        for k, leader in enumerate(leaders):
+            if doubts[leader]:
+                routed = self._routed(leader, row)
+                which[k] = next((m for m, known in enumerate(masks) if known is routed), len(masks))
+                if which[k] == len(masks):
+                    masks.append(routed)
+        flat = self.of_map(row).flat
+        return np.array(masks, dtype=np.bool_).reshape(len(masks), len(flat)), which
+
+    def take(self, leader: int, *, doubts: bool) -> None:
+        """Note that a leader has chosen a candidate.
+
+        Args:
+            leader: the robot. doubts: whether another one has no route.
+        """
+        me = self._minds.own[leader]
+        me["look_at"], me["hopeless"], me["doubts"] = self._step + 1, False, doubts
+
     def is_hopeless(self, robot: int) -> bool:
         """Whether a robot knows of no candidate that a route reaches, now or later."""
         row = int(self._knowledge.ear[robot])
@@ -158,10 +187,11 @@ class Candidates:
         at[:, 1].clip(0, frame.columns - 1, out=at[:, 1])
         places = at[:, 0] * frame.columns + at[:, 1]
         mine = int(np.searchsorted(listeners, robot))
-        for reached in self._reached.setdefault(row, []):
-            if reached[len(flat) + mine]:
-                return reached[: len(flat)]
+        for routed, met in self._reached.setdefault(row, []):
+            if met[mine]:
+                return routed
         targets = np.concatenate((flat, places))
         costs = self._planner.costs_from(self._knowledge.grids, row, int(places[mine]), targets)
-        self._reached[row].append(np.isfinite(costs))
-        return self._reached[row][-1][: len(flat)]
+        reached = np.isfinite(costs)
+        self._reached[row].append((reached[: len(flat)], reached[len(flat) :]))
+        return self._reached[row][-1][0]

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 
 from swarmscout.core.grid import GridFrame
 from swarmscout.destinations.grid_kernels import (
-    FAR,
     count_around,
     count_within,
     label_clusters,
     locate,
     walk,
 )
+from swarmscout.destinations.walking import FAR
 from swarmscout.mapping.occupancy import OccupancyGrids
 
-__all__ = ["Features", "Frontiers", "Scratch"]
+__all__ = ["Features", "Frontiers", "Scratch", "disc_half_widths"]
 
 GATE_MM = 1000
 """Which way a walk leads is read off where it has gone this far."""
@@ -99,12 +99,10 @@ class Frontiers:
         """float64[4, F], area of each of KINDS in a disc round each."""
         if reach_m not in self._areas:
             cell_m = self.frame.cell_m
-            rows_off = np.arange(int(reach_m / cell_m) + 1)
-            widths = np.sqrt(np.maximum((reach_m / cell_m) ** 2 - rows_off**2, 0.0))
+            widths = disc_half_widths(reach_m, cell_m)
             counts = np.empty((len(KINDS), len(self.flat)), dtype=np.int64)
             count_within(
-                self.status, self.flat, widths.astype(np.int64), self.frame.rows,
-                self.frame.columns, counts,
+                self.status, self.flat, widths, self.frame.rows, self.frame.columns, counts,
             )  # fmt: skip
             self._areas[reach_m] = counts * np.float64(cell_m**2)
         return self._areas[reach_m]
@@ -243,6 +241,13 @@ class Features:
 
     def _exits(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         return self._frontiers.grids.exits(self._frontiers.m, cells)
+
+
+def disc_half_widths(reach_m: float, cell_m: float) -> NDArray[np.int64]:
+    """int64[r + 1]: half the width, in cells, of a disc 0 … r rows off its centre."""
+    rows_off = np.arange(int(reach_m / cell_m) + 1)
+    widths = np.sqrt(np.maximum((reach_m / cell_m) ** 2 - rows_off**2, 0.0))
+    return widths.astype(np.int64)
 
 
 def _find(ascending: NDArray[np.int64], value: int) -> int:

@@ -9,20 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmscout.core.enums import FREE, OCCUPIED, UNKNOWN
+from swarmscout.core.enums import OCCUPIED, UNKNOWN
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.mapping.footprint import FRONTIER, LABEL_BITS, TIGHT
+from swarmscout.destinations.walking import FAR, begin_walk, end_walk, walk_on
+from swarmscout.mapping.footprint import FRONTIER, LABEL_BITS
 
-__all__ = ["FAR", "count_around", "count_within", "label_clusters", "locate", "walk"]
-
-FAR = 2**38
-CELL_BITS = 24
-"""An entry of a queue is one number: the cell in the lower bits and the path length above."""
-
-# Orthogonal neighbours first, then diagonal ones.
-ROW_STEP = np.array([0, 1, 0, -1, 1, 1, -1, -1], dtype=np.int64)
-COL_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1], dtype=np.int64)
-
+__all__ = ["count_around", "count_within", "label_clusters", "locate", "walk"]
 
 @kernel
 def locate(flat, ox, oy, cell_m, columns, cells, centres_m):  # type: ignore[no-untyped-def]
@@ -153,86 +145,18 @@ def label_clusters(cells, columns, places, labels):  # type: ignore[no-untyped-d
 def walk(status, sources, targets, edge, lengths, gate, field, queues, found):  # type: ignore[no-untyped-def]
     """Lengths of the shortest paths over free cells from the nearest of some cells to many.
 
-    Free cells without room for a body are not passed, and no corner of one is cut.
-
-    A move has one of two lengths, so a queue for each length is sorted by itself: the search of
-    Dijkstra (1959) without a heap. A source may be any cell, also an occupied one.
-
     Args:
         status: uint8[C'], of one map, see ``OccupancyGrids``.
         sources: int64[S], targets: int64[F], flat cells; a target of -1 has no path.
-        edge: bool[rows, columns], whether a cell lies at the grid's edge.
-        lengths: int64[2], of an orthogonal and a diagonal move, in mm.
-        gate: see `found`, in mm.
-        field: int64[C, 2], scratch: FAR in column 0, before and after.
-        queues: int64[2, 2 C], scratch: length and cell of each entry.
+        edge, lengths, gate, field, queues: see :mod:`swarmscout.destinations.walking`.
         found: int64[2, F], written: the length in mm, -1 without a path; and the cell on the path
             that is farthest from the source within `gate`.
     """
-    rows = edge.shape[0]
-    columns = edge.shape[1]
-    at_edge = edge.ravel()
-    straight = queues[0]
-    diagonal = queues[1]
-    head_0 = 0
-    head_1 = 0
-    tail_0 = 0
-    tail_1 = 0
-    for s in range(sources.shape[0]):
-        if field[sources[s], 0] != 0:
-            field[sources[s], 0] = 0
-            field[sources[s], 1] = sources[s]
-            straight[tail_0] = sources[s]
-            tail_0 += 1
-    while head_0 < tail_0 or head_1 < tail_1:
-        if head_1 == tail_1 or (head_0 < tail_0 and straight[head_0] <= diagonal[head_1]):
-            waiting = straight[head_0]
-            head_0 += 1
-        else:
-            waiting = diagonal[head_1]
-            head_1 += 1
-        cell = waiting & ((1 << CELL_BITS) - 1)
-        so_far = waiting >> CELL_BITS
-        if so_far > field[cell, 0]:
-            continue
-        row = 1
-        col = 1
-        if at_edge[cell]:
-            row = cell // columns
-            col = cell - row * columns
-        for d in range(4):
-            if at_edge[cell] and not (
-                0 <= row + ROW_STEP[d] < rows and 0 <= col + COL_STEP[d] < columns
-            ):
-                continue
-            new = cell + ROW_STEP[d] * columns + COL_STEP[d]
-            total = so_far + lengths[0]
-            if total < field[new, 0] and status[new] & (LABEL_BITS | TIGHT) == FREE:
-                field[new, 0] = total
-                field[new, 1] = new if total <= gate else field[cell, 1]
-                straight[tail_0] = (total << CELL_BITS) | new
-                tail_0 += 1
-        for d in range(4, 8):
-            if at_edge[cell] and not (
-                0 <= row + ROW_STEP[d] < rows and 0 <= col + COL_STEP[d] < columns
-            ):
-                continue
-            new = cell + ROW_STEP[d] * columns + COL_STEP[d]
-            total = so_far + lengths[1]
-            if (
-                total < field[new, 0]
-                and status[new] & (LABEL_BITS | TIGHT) == FREE
-                and not (status[cell + COL_STEP[d]] | status[cell + ROW_STEP[d] * columns]) & TIGHT
-            ):
-                field[new, 0] = total
-                field[new, 1] = new if total <= gate else field[cell, 1]
-                diagonal[tail_1] = (total << CELL_BITS) | new
-                tail_1 += 1
+    ends = np.empty((2, 2), dtype=np.int64)
+    begin_walk(sources, field, queues, ends)
+    walk_on(status, edge, lengths, gate, field, queues, ends, FAR)
     for t in range(targets.shape[0]):
         length = field[targets[t], 0] if targets[t] >= 0 else FAR
         found[0, t] = length if length != FAR else -1
         found[1, t] = field[targets[t], 1] if length != FAR else targets[t]
-    for e in range(tail_0):
-        field[straight[e] & ((1 << CELL_BITS) - 1), 0] = FAR
-    for e in range(tail_1):
-        field[diagonal[e] & ((1 << CELL_BITS) - 1), 0] = FAR
+    end_walk(field, queues, ends)

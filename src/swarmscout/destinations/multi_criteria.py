@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from swarmscout.core.jit import kernel
 from swarmscout.core.parameters import Metres, checked_dataclass
+from swarmscout.destinations.batch import Batch, Outcome
+from swarmscout.destinations.criteria_batch import BY_CRITERIA, choose_by_criteria, prepare
 from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
 
 __all__ = ["MultiCriteria", "weigh"]
+
+WRITTEN = ("at", "offered", "doubts", "score", "way_m")
 
 
 @kernel
@@ -137,10 +144,56 @@ class MultiCriteria:
             score,
         )  # fmt: skip
         chosen = int(np.argmax(score))
-        to_x, to_y = view.frontiers_m[chosen].tolist()
-        length = float(np.hypot(to_x - x, to_y - y)) or 1.0
-        share = (1.0 - self.keep) / length
-        ahead = (self.keep * kept_x + share * (to_x - x), self.keep * kept_y + share * (to_y - y))
+        to_m = view.frontiers_m[chosen]
+        ahead = self._ahead(np.array([kept_x]), np.array([kept_y]), to_m - np.array([[x, y]]))
         return choice_of(
-            view, chosen, f"score {score[chosen]:.1f} m, way {ways[chosen]:.1f} m", memory=ahead
+            view, chosen, _reason(score[chosen], ways[chosen]), memory=tuple(ahead[0].tolist())
         )
+
+    def chooses_in_batches(self) -> bool:
+        """See :class:`swarmscout.destinations.batch.BatchSelector`.
+
+        With negative weights a score has no bound that distance lowers.
+        """
+        weights = self.way, self.front, self.near_gain, self.open_gain, self.wall, self.apart
+        return type(self) is MultiCriteria and min(weights) >= 0.0
+
+    def choose_batch(self, batch: Batch, memories: Sequence[Any]) -> list[Outcome]:
+        """See :class:`swarmscout.destinations.batch.BatchSelector`."""
+        fixed, rules = batch.once(self, lambda: prepare(batch, asdict(self)))
+        asked = batch.asked(BY_CRITERIA)
+        for k, memory in enumerate(memories):
+            if isinstance(memory, tuple):
+                asked["kept_x"][k], asked["kept_y"][k] = memory
+        own = batch.minds.own
+        choose_by_criteria(
+            own, batch.heard, batch.teams, batch.land, batch.memory, fixed, rules, batch.step, asked
+        )
+        frontiers = batch.frontiers
+        from_m = np.column_stack((own["x_m"][batch.leaders], own["y_m"][batch.leaders]))
+        offset_m = frontiers.centres_m[asked["at"]] - from_m
+        ahead = self._ahead(asked["kept_x"], asked["kept_y"], offset_m)
+        outcomes = []
+        for k in range(len(asked)):
+            at, offered, doubts, score, way_m = (asked[name][k].item() for name in WRITTEN)
+            choice = None
+            if at >= 0:
+                choice = Choice(
+                    batch.cell(at), _reason(score, way_m), memory=tuple(ahead[k].tolist())
+                )
+            outcomes.append(Outcome(choice, offered, doubts))
+        return outcomes
+
+    def _ahead(
+        self, kept_x: NDArray[np.float64], kept_y: NDArray[np.float64], to_m: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """float64[n, 2], directions after a choice, from those before and the offset to it."""
+        length = np.hypot(to_m[:, 0], to_m[:, 1])
+        share = (1.0 - self.keep) / np.where(length > 0.0, length, 1.0)
+        return np.column_stack(
+            (self.keep * kept_x + share * to_m[:, 0], self.keep * kept_y + share * to_m[:, 1])
+        )
+
+
+def _reason(score: float, way_m: float) -> str:
+    return f"score {score:.1f} m, way {way_m:.1f} m"

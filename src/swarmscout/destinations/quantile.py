@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from pydantic import NonNegativeFloat, model_validator
 
 from swarmscout.core.parameters import Share, checked_dataclass
+from swarmscout.destinations.batch import Batch, Outcome
+from swarmscout.destinations.quantile_batch import BY_RANK, choose_by_rank
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
 
 __all__ = ["Quantile"]
+
+WRITTEN = ("at", "offered", "doubts", "among", "rank")
 
 
 @checked_dataclass
@@ -38,15 +45,50 @@ class Quantile:
             raise ValueError(f"bias_min = {self.bias_min:g} is above bias_max = {self.bias_max:g}")
         return self
 
-    def draw(self, view: LeaderView, memory: Any) -> tuple[float, float]:
+    def chooses_in_batches(self) -> bool:
+        """See :class:`swarmscout.destinations.batch.BatchSelector`."""
+        return type(self) is Quantile
+
+    def choose_batch(self, batch: Batch, memories: Sequence[Any]) -> list[Outcome]:
+        """See :class:`swarmscout.destinations.batch.BatchSelector`."""
+        return self._choose_batch(batch, memories, math.inf, "frontiers")
+
+    def _choose_batch(
+        self, batch: Batch, memories: Sequence[Any], radius_m: float, what: str
+    ) -> list[Outcome]:
+        asked = batch.asked(BY_RANK)
+        asked["radius_m"] = radius_m
+        drawn = [
+            self._draw(batch.decide(robot), partial(batch.character, robot), memory)
+            for robot, memory in zip(batch.leaders.tolist(), memories, strict=True)
+        ]
+        asked["quantile"] = [quantile for _, quantile in drawn]
+        choose_by_rank(
+            batch.minds.own, batch.land, batch.memory, batch.offers, batch.step, asked
+        )
+        outcomes = []
+        for k, (bias, quantile) in enumerate(drawn):
+            at, offered, doubts, among, rank = (asked[name][k].item() for name in WRITTEN)
+            choice = None
+            if at >= 0:
+                choice = _choice(batch.cell(at), bias, quantile, rank, among, what)
+            outcomes.append(Outcome(choice, offered, doubts))
+        return outcomes
+
+    def _draw(
+        self,
+        rng: np.random.Generator,
+        character: Callable[[], np.random.Generator],
+        memory: Any,
+    ) -> tuple[float, float]:
         """The leader's personal bias, and the quantile of this decision, clipped to [0, 1].
 
         Args:
-            view: the generators are taken from it.
+            rng: for this decision. character: for what stays the same.
             memory: the bias, or None at first.
         """
-        bias = view.character.uniform(self.bias_min, self.bias_max) if memory is None else memory
-        return bias, min(1.0, max(0.0, view.rng.normal(bias, self.sigma)))
+        bias = character().uniform(self.bias_min, self.bias_max) if memory is None else memory
+        return bias, min(1.0, max(0.0, rng.normal(bias, self.sigma)))
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`; the memory is the bias."""
@@ -59,7 +101,7 @@ class Quantile:
             view, memory: see :meth:`choose`.
             among: how many of the nearest frontiers count. what: what they are called.
         """
-        bias, quantile = self.draw(view, memory)
+        bias, quantile = self._draw(view.rng, lambda: view.character, memory)
         distances = view.distances_m
         rank = round(quantile * (among - 1))
         # Frontiers come in the order of their cells, so a stable choice settles ties by cell:
@@ -68,9 +110,15 @@ class Quantile:
         equals = (distances == at).nonzero()[0]
         chosen = int(equals[rank - np.count_nonzero(distances < at)])
         row, col = view.frontiers[chosen].tolist()
-        return Choice(
-            (row, col),
-            reason=f"quantile {quantile:.3f} of {among} {what} by distance",
-            memory=bias,
-            details={"quantile": quantile, "bias": bias, "rank": rank},
-        )
+        return _choice((row, col), bias, quantile, rank, among, what)
+
+
+def _choice(
+    cell: tuple[int, int], bias: float, quantile: float, rank: int, among: int, what: str
+) -> Choice:
+    return Choice(
+        cell,
+        reason=f"quantile {quantile:.3f} of {among} {what} by distance",
+        memory=bias,
+        details={"quantile": quantile, "bias": bias, "rank": rank},
+    )

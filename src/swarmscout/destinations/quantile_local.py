@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from swarmscout.core.parameters import Metres, Share, checked_dataclass
+from swarmscout.destinations.batch import Batch, Outcome
 from swarmscout.destinations.quantile import Quantile
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -32,6 +34,14 @@ class QuantileLocal(Quantile):
     bias_min: Share = 0.19
     bias_max: Share = 0.32
     radius_m: Metres = 2.75
+
+    def chooses_in_batches(self) -> bool:
+        """See :class:`swarmscout.destinations.batch.BatchSelector`."""
+        return type(self) is QuantileLocal
+
+    def choose_batch(self, batch: Batch, memories: Sequence[Any]) -> list[Outcome]:
+        """See :class:`swarmscout.destinations.batch.BatchSelector`."""
+        return self._choose_batch(batch, memories, self.radius_m, "near frontiers")
 
     def choose(self, view: LeaderView, memory: Any) -> Choice:
         """See :class:`swarmscout.destinations.selector.Selector`; the memory is the bias."""

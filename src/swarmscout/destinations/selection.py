@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import operator
-from dataclasses import dataclass
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -17,12 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.comms.knowledge import Knowledge
+from swarmscout.core.enums import CAUSES
 from swarmscout.core.errors import SelectorError
 from swarmscout.core.events import EventLog
 from swarmscout.core.grid import GridFrame
 from swarmscout.core.recorder import Decision
 from swarmscout.core.tracebacks import describe_error
 from swarmscout.destinations.asking import Ask, AskingSelector, TalkCounts, settle
+from swarmscout.destinations.batch import Batch, BatchSelector, Outcome
 from swarmscout.destinations.candidates import Candidates
 from swarmscout.destinations.dispersal import FAN, fan_out
 from swarmscout.destinations.features import Scratch
@@ -39,6 +42,7 @@ from swarmscout.destinations.renewal import (
 )
 from swarmscout.destinations.selector import Choice, Selector
 from swarmscout.destinations.view import LeaderView
+from swarmscout.mapping.occupancy import BeliefView
 from swarmscout.minds.given_up import PLACE_M
 from swarmscout.minds.minds import Minds
 from swarmscout.minds.modes import on_task
@@ -75,6 +79,20 @@ class Setting:
     silence_steps: int
     range_m: float
     stop_m: float
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A leader that was asked.
+
+    Attributes:
+        robot: the leader. position_m: where its team is.
+        candidates: how many it could choose from.
+    """
+
+    robot: int
+    position_m: tuple[float, float]
+    candidates: int
 
 
 class Destinations:
@@ -120,6 +138,13 @@ class Destinations:
             setting.seed, setting.centre, len(setting.headings), setting.silence_steps
         )
         self._scratch = Scratch(setting.frame)
+        self._kept: dict[Hashable, Any] = {}
+        self._in_batches = (
+            isinstance(selector, BatchSelector)
+            and selector.chooses_in_batches()
+            and task.explores
+            and not setting.centre
+        )
         self._rules = _record(RENEWAL, setting, renewal, task)
         self._fan = None
         if dispersal.members == "fan":
@@ -161,12 +186,15 @@ class Destinations:
         leaders += self._answered(minds, step, leaders)
         if leaders:
             candidates = self._candidates(minds, knowledge, planner, marks, step)
-            views = LeaderViews(minds, knowledge, planner, self._views, candidates, step)
-            asked = [views.of(leader, int(previous[leader])) for leader in sorted(leaders)]
-            able = [view for view in asked if view is not None]
-            for view, choice in zip(able, self._choices(able, step), strict=True):
-                if choice is not None:
-                    decisions.append(self._apply(view, choice, minds))
+            if self._in_batches:
+                decisions = self._decide_in_batches(leaders, minds, knowledge, candidates, step)
+            else:
+                views = LeaderViews(minds, knowledge, planner, self._views, candidates, step)
+                asked = [views.of(leader, int(previous[leader])) for leader in sorted(leaders)]
+                able = [view for view in asked if view is not None]
+                for view, choice in zip(able, self._choices(able, step), strict=True):
+                    if choice is not None:
+                        decisions.append(self._decide_for(view, choice, minds))
             knowledge.tell(minds, step)
         share_destinations(own, ear, heard, notices, step)
         if self._fan is not None:
@@ -212,6 +240,69 @@ class Destinations:
     def summary(self) -> dict[str, Any]:
         """What conversations with a language model came to; empty for any other selector."""
         return {} if self.ask is None else self._counts.figures()
+
+    def _decide_in_batches(
+        self,
+        leaders: list[int],
+        minds: Minds,
+        knowledge: Knowledge,
+        candidates: Candidates,
+        step: int,
+    ) -> list[Decision]:
+        """Let the rule choose for all leaders of a map in one call."""
+        selector = self.selector
+        assert isinstance(selector, BatchSelector)
+        rows: dict[int, list[int]] = {}
+        for robot, row in zip(leaders, knowledge.ear[leaders].tolist(), strict=True):
+            rows.setdefault(row, []).append(robot)
+        outcomes: dict[int, Outcome] = {}
+        for row, robots in rows.items():
+            if len(candidates.of_map(row).flat):
+                batch = self._batch(row, robots, minds, knowledge, candidates, step)
+                memories = [self.memories[robot] for robot in robots]
+                outcomes.update(zip(robots, selector.choose_batch(batch, memories), strict=True))
+        decisions = []
+        for robot in leaders:
+            outcome = outcomes.get(robot)
+            if outcome is None or outcome.choice is None:
+                candidates.offered(robot)  # It notes when to look again.
+                continue
+            candidates.take(robot, doubts=outcome.doubts)
+            me = minds.own[robot]
+            asked = Asked(robot, (me["x_m"].item(), me["y_m"].item()), outcome.offered)
+            grids = knowledge.grids.view(int(knowledge.ear[robot]))
+            decisions.append(self._apply(asked, outcome.choice, me, grids, step))
+        return decisions
+
+    def _batch(
+        self,
+        row: int,
+        robots: list[int],
+        minds: Minds,
+        knowledge: Knowledge,
+        candidates: Candidates,
+        step: int,
+    ) -> Batch:
+        heard, notices = knowledge.heard[row], knowledge.notices
+        noticed = ((notices["step"] == step) & (heard["step"] == step)).nonzero()[0]
+        teams = notices["team"][noticed]
+        order = np.argsort(teams, kind="stable")
+        routed, mask = candidates.masks(row, robots)
+        return Batch(
+            step=step,
+            seed=self._views.seed,
+            leaders=np.array(robots),
+            minds=minds,
+            heard=heard,
+            teams=np.stack((teams[order], noticed[order])),
+            frontiers=candidates.of_map(row),
+            routed=routed,
+            mask=mask,
+            ticks=self._views.ticks,
+            silence_steps=self._views.silence_steps,
+            place_cells=int(self._rules["place_cells"][0]),
+            kept=self._kept,
+        )
 
     def _candidates(
         self,
@@ -273,8 +364,7 @@ class Destinations:
             )
         return choice
 
-    def _apply(self, view: LeaderView, choice: Choice, minds: Minds) -> Decision:
-        robot, frame = view.robot, view.frame
+    def _decide_for(self, view: LeaderView, choice: Choice, minds: Minds) -> Decision:
         try:
             row, col = (operator.index(part) for part in choice.cell)
         except (TypeError, ValueError):
@@ -282,27 +372,35 @@ class Destinations:
         if not view.is_frontier((row, col)):
             raise SelectorError(
                 f"selector '{self.name}' chose cell {choice.cell!r}, which is no frontier of "
-                f"robot {robot}'s view in step {view.step}; choose one of view.frontiers"
+                f"robot {view.robot}'s view in step {view.step}; choose one of view.frontiers"
             )
-        x_m, y_m = frame.centre_of(row, col)
-        distance_m = math.hypot(x_m - view.position_m[0], y_m - view.position_m[1])
-        me = minds.own[robot]
-        me["destination"] = frame.flat(row, col)
+        asked = Asked(view.robot, view.position_m, len(view.frontiers))
+        choice = replace(choice, cell=(row, col))
+        return self._apply(asked, choice, minds.own[view.robot], view._map, view.step)
+
+    def _apply(
+        self, asked: Asked, choice: Choice, me: np.void, grids: BeliefView, step: int
+    ) -> Decision:
+        """Write a choice into the leader's own record, and make the decision to be recorded."""
+        frame, cell = grids.frame, choice.cell
+        x_m, y_m = frame.centre_of(*cell)
+        distance_m = math.hypot(x_m - asked.position_m[0], y_m - asked.position_m[1])
+        me["destination"] = frame.flat(*cell)
         overdue = self._renewal.overdue_factor, self._renewal.overdue_steps
-        me["due_at"] = due_step(view.step, distance_m, self._forward_m, *overdue)
-        self.memories[robot] = choice.memory
-        near_frontiers, near_obstacles = view.neighbour_counts((row, col))
+        me["due_at"] = due_step(step, distance_m, self._forward_m, *overdue)
+        self.memories[asked.robot] = choice.memory
+        near_frontiers, near_obstacles = grids.neighbour_counts(cell)
         return Decision(
-            step=view.step,
+            step=step,
             team=int(me["team"]),
-            leader=robot,
-            cause=view.cause,
+            leader=asked.robot,
+            cause=CAUSES[me["cause"]],
             selector=self.name,
-            cell=(row, col),
+            cell=cell,
             x_m=x_m,
             y_m=y_m,
             distance_m=distance_m,
-            frontiers=len(view.frontiers),
+            frontiers=asked.candidates,
             frontier_neighbours=near_frontiers,
             obstacle_neighbours=near_obstacles,
             reason=choice.reason,

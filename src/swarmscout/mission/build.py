@@ -18,7 +18,7 @@ from swarmscout.core.registry import IN_MEMORY, rule_name
 from swarmscout.core.scan import Scan
 from swarmscout.core.streams import stream
 from swarmscout.destinations.asking import AskingSelector
-from swarmscout.destinations.grid_kernels import CELL_BITS
+from swarmscout.destinations.walking import CELL_BITS
 from swarmscout.destinations.selection import Destinations, Setting
 from swarmscout.destinations.selector import Selector
 from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.errors import RunError, ScenarioError
 from swarmscout.core.grid import GridFrame
-from swarmscout.destinations.grid_kernels import CELL_BITS
+from swarmscout.destinations.walking import CELL_BITS
 from swarmscout.mission.build import make_model
 from swarmscout.mission.scenario import Scenario
 from swarmscout.mission.scenario_files import load_scenario

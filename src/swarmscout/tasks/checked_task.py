@@ -26,6 +26,7 @@ class CheckedTask:
         name: what it is called in records and errors.
         bit: of :meth:`marks`, set for candidates.
         reach_m: see :class:`~swarmscout.tasks.task.Task`.
+        explores: whether its candidates are the frontiers that occupancy grids keep.
         closes: whether a candidate that a robot stood within reach of should be none any more, as
             a frontier; other tasks may have candidates that stay.
         ends: whether the mission is over when nobody has a candidate left; not if the task's own
@@ -41,9 +42,8 @@ class CheckedTask:
     def __init__(self, task: Task, name: str) -> None:
         self.task = task
         self.name = name
-        # Occupancy grids keep the frontiers up to date themselves.
-        self._explores = type(task) is Exploration
-        self.bit = FRONTIER if self._explores else 1
+        self.explores = type(task) is Exploration
+        self.bit = FRONTIER if self.explores else 1
         self.reach_m = task.reach_m
         self.closes = isinstance(task, Exploration)
         self.ends = self.closes and type(task).done is Exploration.done
@@ -66,7 +66,7 @@ class CheckedTask:
         Raises:
             TaskError: the task failed, or answered something else.
         """
-        if self._explores:
+        if self.explores:
             return grids.status
         marks = np.zeros(grids.status.shape, dtype=np.uint8)
         for row in np.unique(rows).tolist():
@@ -79,7 +79,7 @@ class CheckedTask:
         Args:
             grids: the maps of all groups. marks: of this step. row: which map.
         """
-        return grids.frontiers(row) if self._explores else marks[row].nonzero()[0]
+        return grids.frontiers(row) if self.explores else marks[row].nonzero()[0]
 
     def candidates(self, map: BeliefView, step: int) -> NDArray[np.bool_]:
         """The task's candidates in one map, see :class:`~swarmscout.tasks.task.Task`.
@@ -98,7 +98,7 @@ class CheckedTask:
         Raises:
             TaskError: the task failed, or answered something else.
         """
-        if self._explores:  # Asked after each step, and known to keep to its contract.
+        if self.explores:  # Asked after each step, and known to keep to its contract.
             return self.task.done(map, explored_m2, reachable_m2)
         reason = self._ask(lambda: self.task.done(map, explored_m2, reachable_m2), "in done")
         self._refuse(wrong_reason(reason), "")
