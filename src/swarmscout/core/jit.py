@@ -32,7 +32,10 @@ SHARED = (
     "core/enums.py",
     "core/events.py",
     "core/segments.py",
+    "destinations/claims.py",
+    "destinations/criteria_blocks.py",
     "destinations/offers.py",
+    "destinations/path_lengths.py",
     "destinations/walking.py",
     "mapping/footprint.py",
     "mapping/occupancy.py",
@@ -119,4 +122,4 @@ def kernel(function: F) -> F:
 
 def inlined(function: F) -> F:
     """Compile a small function that kernels of the same file, or any if it is in SHARED, call."""
-    return numba.njit(nogil=True, error_model="numpy")(function)  # type: ignore[no-any-return]
+    return numba.njit(nogil=True, error_model="numpy", forceinline=True)(function)  # type: ignore[no-any-return]

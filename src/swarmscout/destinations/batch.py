@@ -41,13 +41,12 @@ class Land(NamedTuple):
     """The candidates of one map, for kernels.
 
     Attributes:
-        status: uint8[C'], see ``OccupancyGrids``; words: the same, eight cells a word.
+        status: uint8[C'], see ``OccupancyGrids``.
         flat: int64[F], the candidates, ascending.
         routed: bool[K, F], whether a route leads to each, see ``Candidates``.
     """
 
     status: NDArray[np.uint8]
-    words: NDArray[np.uint64]
     flat: NDArray[np.int64]
     routed: NDArray[np.bool_]
 
@@ -134,8 +133,7 @@ class Batch:
     @property
     def land(self) -> Land:
         """The candidates."""
-        status = self.frontiers.status
-        return Land(status, status.view(np.uint64), self.frontiers.flat, self.routed)
+        return Land(self.frontiers.status, self.frontiers.flat, self.routed)
 
     @property
     def memory(self) -> Memory:

@@ -146,13 +146,12 @@ class Candidates:
         flat = self.of_map(row).flat
         return np.array(masks, dtype=np.bool_).reshape(len(masks), len(flat)), which
 
-    def take(self, leader: int, *, doubts: bool) -> None:
+    def take(self, me: np.void, *, doubts: bool) -> None:
         """Note that a leader has chosen a candidate.
 
         Args:
-            leader: the robot. doubts: whether another one has no route.
+            me: the leader's own record. doubts: whether another candidate has no route.
         """
-        me = self._minds.own[leader]
         me["look_at"], me["hopeless"], me["doubts"] = self._step + 1, False, doubts
 
     def is_hopeless(self, robot: int) -> bool:
@@ -190,8 +189,10 @@ class Candidates:
         for routed, met in self._reached.setdefault(row, []):
             if met[mine]:
                 return routed
-        targets = np.concatenate((flat, places))
-        costs = self._planner.costs_from(self._knowledge.grids, row, int(places[mine]), targets)
-        reached = np.isfinite(costs)
+        grids = self._knowledge.grids
+        entries = np.concatenate((self.of_map(row).entries, grids.entries(row, places)))
+        reached = self._planner.connects(grids, row, int(places[mine]), entries)
+        # Wherever a robot is, it is there already.
+        reached[np.concatenate((flat, places)) == places[mine]] = True
         self._reached[row].append((reached[: len(flat)], reached[len(flat) :]))
         return self._reached[row][-1][0]

@@ -16,6 +16,7 @@ from swarmscout.mapping.footprint import FRONTIER, LABEL_BITS
 
 __all__ = ["count_around", "count_within", "label_clusters", "locate", "walk"]
 
+
 @kernel
 def locate(flat, ox, oy, cell_m, columns, cells, centres_m):  # type: ignore[no-untyped-def]
     """Rows, columns and centres of flat cells, as ``GridFrame`` computes them.

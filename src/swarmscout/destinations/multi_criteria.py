@@ -13,7 +13,8 @@ from pydantic import Field
 from swarmscout.core.jit import kernel
 from swarmscout.core.parameters import Metres, checked_dataclass
 from swarmscout.destinations.batch import Batch, Outcome
-from swarmscout.destinations.criteria_batch import BY_CRITERIA, choose_by_criteria, prepare
+from swarmscout.destinations.criteria_batch import BY_CRITERIA, choose_by_criteria
+from swarmscout.destinations.criteria_blocks import NEAR_M, prepare
 from swarmscout.destinations.path_lengths import choice_of, ways_m
 from swarmscout.destinations.selector import Choice
 from swarmscout.destinations.view import LeaderView
@@ -131,7 +132,7 @@ class MultiCriteria:
         walls = view.area_m2("occupied", self.open_m)
         score = np.empty(len(ways))
         weigh(
-            view.frontiers_m, ways, view.unknown_m2(1.0),
+            view.frontiers_m, ways, view.unknown_m2(NEAR_M),
             view.unknown_m2(self.open_m) - self.wall * walls, view.members_m, headings,
             view.others.destinations_m, np.array([kept_x, kept_y]),
             np.array([x, y]),
@@ -173,16 +174,17 @@ class MultiCriteria:
         from_m = np.column_stack((own["x_m"][batch.leaders], own["y_m"][batch.leaders]))
         offset_m = frontiers.centres_m[asked["at"]] - from_m
         ahead = self._ahead(asked["kept_x"], asked["kept_y"], offset_m)
-        outcomes = []
-        for k in range(len(asked)):
-            at, offered, doubts, score, way_m = (asked[name][k].item() for name in WRITTEN)
-            choice = None
-            if at >= 0:
-                choice = Choice(
-                    batch.cell(at), _reason(score, way_m), memory=tuple(ahead[k].tolist())
-                )
-            outcomes.append(Outcome(choice, offered, doubts))
-        return outcomes
+        written = zip(ahead.tolist(), *(asked[name].tolist() for name in WRITTEN), strict=True)
+        return [
+            Outcome(
+                Choice(batch.cell(at), _reason(score, way_m), memory=tuple(kept))
+                if at >= 0
+                else None,
+                offered,
+                doubts,
+            )
+            for kept, at, offered, doubts, score, way_m in written
+        ]
 
     def _ahead(
         self, kept_x: NDArray[np.float64], kept_y: NDArray[np.float64], to_m: NDArray[np.float64]

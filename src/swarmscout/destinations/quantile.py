@@ -63,17 +63,16 @@ class Quantile:
             for robot, memory in zip(batch.leaders.tolist(), memories, strict=True)
         ]
         asked["quantile"] = [quantile for _, quantile in drawn]
-        choose_by_rank(
-            batch.minds.own, batch.land, batch.memory, batch.offers, batch.step, asked
-        )
-        outcomes = []
-        for k, (bias, quantile) in enumerate(drawn):
-            at, offered, doubts, among, rank = (asked[name][k].item() for name in WRITTEN)
-            choice = None
-            if at >= 0:
-                choice = _choice(batch.cell(at), bias, quantile, rank, among, what)
-            outcomes.append(Outcome(choice, offered, doubts))
-        return outcomes
+        choose_by_rank(batch.minds.own, batch.land, batch.memory, batch.offers, batch.step, asked)
+        written = zip(drawn, *(asked[name].tolist() for name in WRITTEN), strict=True)
+        return [
+            Outcome(
+                _choice(batch.cell(at), *draw, rank, among, what) if at >= 0 else None,
+                offered,
+                doubts,
+            )
+            for draw, at, offered, doubts, among, rank in written
+        ]
 
     def _draw(
         self,

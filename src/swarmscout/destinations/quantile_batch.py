@@ -7,7 +7,7 @@ import numpy as np
 from swarmscout.core.cells import offset
 from swarmscout.core.jit import kernel
 from swarmscout.destinations.batch import ASKED
-from swarmscout.destinations.offers import count_offered, is_offered, keeps_doubting
+from swarmscout.destinations.offers import is_offered, keeps_doubting
 
 __all__ = ["BY_RANK", "choose_by_rank"]
 

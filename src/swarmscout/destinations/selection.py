@@ -139,12 +139,9 @@ class Destinations:
         )
         self._scratch = Scratch(setting.frame)
         self._kept: dict[Hashable, Any] = {}
-        self._in_batches = (
-            isinstance(selector, BatchSelector)
-            and selector.chooses_in_batches()
-            and task.explores
-            and not setting.centre
-        )
+        self._batch_rule: BatchSelector | None = None
+        if isinstance(selector, BatchSelector) and task.explores and not setting.centre:
+            self._batch_rule = selector if selector.chooses_in_batches() else None
         self._rules = _record(RENEWAL, setting, renewal, task)
         self._fan = None
         if dispersal.members == "fan":
@@ -186,8 +183,10 @@ class Destinations:
         leaders += self._answered(minds, step, leaders)
         if leaders:
             candidates = self._candidates(minds, knowledge, planner, marks, step)
-            if self._in_batches:
-                decisions = self._decide_in_batches(leaders, minds, knowledge, candidates, step)
+            if self._batch_rule is not None:
+                decisions = self._decide_in_batches(
+                    self._batch_rule, leaders, minds, knowledge, candidates, step
+                )
             else:
                 views = LeaderViews(minds, knowledge, planner, self._views, candidates, step)
                 asked = [views.of(leader, int(previous[leader])) for leader in sorted(leaders)]
@@ -243,6 +242,7 @@ class Destinations:
 
     def _decide_in_batches(
         self,
+        rule: BatchSelector,
         leaders: list[int],
         minds: Minds,
         knowledge: Knowledge,
@@ -250,8 +250,6 @@ class Destinations:
         step: int,
     ) -> list[Decision]:
         """Let the rule choose for all leaders of a map in one call."""
-        selector = self.selector
-        assert isinstance(selector, BatchSelector)
         rows: dict[int, list[int]] = {}
         for robot, row in zip(leaders, knowledge.ear[leaders].tolist(), strict=True):
             rows.setdefault(row, []).append(robot)
@@ -260,15 +258,15 @@ class Destinations:
             if len(candidates.of_map(row).flat):
                 batch = self._batch(row, robots, minds, knowledge, candidates, step)
                 memories = [self.memories[robot] for robot in robots]
-                outcomes.update(zip(robots, selector.choose_batch(batch, memories), strict=True))
+                outcomes.update(zip(robots, rule.choose_batch(batch, memories), strict=True))
         decisions = []
         for robot in leaders:
             outcome = outcomes.get(robot)
             if outcome is None or outcome.choice is None:
                 candidates.offered(robot)  # It notes when to look again.
                 continue
-            candidates.take(robot, doubts=outcome.doubts)
             me = minds.own[robot]
+            candidates.take(me, doubts=outcome.doubts)
             asked = Asked(robot, (me["x_m"].item(), me["y_m"].item()), outcome.offered)
             grids = knowledge.grids.view(int(knowledge.ear[robot]))
             decisions.append(self._apply(asked, outcome.choice, me, grids, step))

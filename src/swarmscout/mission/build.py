@@ -18,9 +18,9 @@ from swarmscout.core.registry import IN_MEMORY, rule_name
 from swarmscout.core.scan import Scan
 from swarmscout.core.streams import stream
 from swarmscout.destinations.asking import AskingSelector
-from swarmscout.destinations.walking import CELL_BITS
 from swarmscout.destinations.selection import Destinations, Setting
 from swarmscout.destinations.selector import Selector
+from swarmscout.destinations.walking import CELL_BITS
 from swarmscout.llm.settings import EMBEDDED_PROMPT_TOKENS
 from swarmscout.mapping.evidence import EvidenceLog
 from swarmscout.mapping.footprint import Footprint

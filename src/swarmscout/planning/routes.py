@@ -27,6 +27,7 @@ from swarmscout.planning.docking import (
 from swarmscout.planning.following import DRIVING, find_needs, mark_standing, steer
 from swarmscout.planning.neighbours import RIGHTS
 from swarmscout.planning.places import dock_cells, lay_places
+from swarmscout.planning.reachability import find_connected
 from swarmscout.planning.right_of_way import keep_clear
 from swarmscout.planning.route_table import STATION, RouteTable, blank_routes
 from swarmscout.planning.search import plan_routes, route_cost_field
@@ -243,6 +244,27 @@ class Planner:
             own, status, knowledge.heard, knowledge.listeners, knowledge.groups, state,
             self._headings, self._rights, self._chain, step, action,
         )  # fmt: skip
+
+    def connects(
+        self, grids: OccupancyGrids, m: int, start: int, cells: NDArray[np.int64]
+    ) -> NDArray[np.bool_]:
+        """Whether routes over map m lead from one cell to others.
+
+        Args:
+            grids: the maps. m: which one.
+            start: flat cell, see :meth:`costs_from`.
+            cells: int64[n], where bodies drive, see ``OccupancyGrids.entries``; -1 for none.
+
+        Returns:
+            bool[n]: whether :meth:`costs_from` finds a route.
+        """
+        found = np.empty(len(cells), dtype=np.bool_)
+        status, frame = grids.status[m], grids.frame
+        find_connected(
+            status, status.view(np.uint64), grids.bounds[m], frame.rows, frame.columns,
+            int(grids.exits(m, np.array([start]))[0]), cells, found,
+        )  # fmt: skip
+        return found
 
     def costs_from(
         self,
