@@ -34,6 +34,7 @@ SHARED = (
     "core/segments.py",
     "destinations/claims.py",
     "destinations/criteria_blocks.py",
+    "destinations/criteria_seeker.py",
     "destinations/offers.py",
     "destinations/path_lengths.py",
     "destinations/walking.py",

@@ -10,7 +10,6 @@ number.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -18,15 +17,19 @@ from numpy.typing import NDArray
 
 from swarmscout.core.cells import cell_of
 from swarmscout.core.jit import inlined, kernel
-from swarmscout.destinations.batch import ASKED
-from swarmscout.destinations.claims import (
-    centre,
-    claim_block,
-    crowding,
-    gather_claims,
-    own_share,
+from swarmscout.destinations.batch import ASKED, Land, Memory
+from swarmscout.destinations.claims import Claims, centre, claim_block, gather_claims, own_share
+from swarmscout.destinations.criteria_blocks import Blocks, Fixed, make_blocks, open_block
+from swarmscout.destinations.criteria_seeker import (
+    bound_block,
+    bound_ring,
+    least_way,
+    list_members,
+    make_seeker,
+    own_claims,
+    soonest,
+    toward,
 )
-from swarmscout.destinations.criteria_blocks import make_blocks, middle, open_block
 from swarmscout.destinations.offers import count_offered, is_offered, keeps_doubting
 from swarmscout.destinations.path_lengths import NO_WAY_M
 from swarmscout.destinations.walking import FAR, begin_walk, end_walk, walk_on
@@ -54,13 +57,25 @@ ROUNDING = 1e-6
 
 NOT_YET = -2
 
+
+class Scene(NamedTuple):
+    """What leaders of a batch have in common: see the modules of these."""
+
+    heard: NDArray[np.void]
+    land: Land
+    memory: Memory
+    fixed: Fixed
+    blocks: Blocks
+    claims: Claims
+
+
 WAITING = np.dtype(
     [
         ("at", "i8"),  # which candidate
         ("entry", "i8"),  # where a body drives to get there, -1: nowhere; NOT_YET: not looked up
         ("most", "f8"),  # what it scores with a way of no length
         ("least_m", "f8"),  # its way is no shorter
-        ("soonest", "f8"),  # see ``_soonest``
+        ("soonest", "f8"),  # see ``soonest``
     ],
     align=True,
 )
@@ -81,148 +96,6 @@ class Scratch(NamedTuple):
     waiting: NDArray[np.void]
 
 
-class Seeker(NamedTuple):
-    """A leader that chooses.
-
-    Attributes:
-        leader, team: its numbers. x_m, y_m: where it believes to be.
-        members: int64[n], robots of its team that it hears, itself too.
-        own_x, own_y: float64[m], destinations of its own team, which do not crowd it.
-        from_x, from_y: where its ways begin. stray_m: how far that is from it.
-        kept_x, kept_y: the team's direction so far. ahead: what that is worth at most.
-        top, bottom, left, right: the blocks in which its members are.
-    """
-
-    leader: int
-    team: int
-    x_m: float
-    y_m: float
-    members: NDArray[np.int64]
-    own_x: NDArray[np.float64]
-    own_y: NDArray[np.float64]
-    from_x: float
-    from_y: float
-    stray_m: float
-    kept_x: float
-    kept_y: float
-    ahead: float
-    top: int
-    bottom: int
-    left: int
-    right: int
-
-
-@inlined
-def _list_members(teams, team, leader, members):  # type: ignore[no-untyped-def]
-    """List the robots of a leader's team that it hears, itself too; returns how many."""
-    n = 0
-    for m in range(np.searchsorted(teams[0], team), teams.shape[1]):
-        if teams[0, m] != team:
-            break
-        members[n] = teams[1, m]
-        n += 1
-    at = 0
-    while at < n and members[at] < leader:
-        at += 1
-    if at == n or members[at] != leader:
-        for m in range(n, at, -1):
-            members[m] = members[m - 1]
-        members[at] = leader
-        n += 1
-    return n
-
-
-@inlined
-def _own_claims(speakers, heard, leader, team, x_m, y_m, rules):  # type: ignore[no-untyped-def]
-    """List the destinations of a leader's own team, which do not crowd it; returns how many."""
-    n = 0
-    for j in speakers:
-        if j == leader or heard[j].team == team:
-            x_m[n], y_m[n] = centre(heard[j].destination, rules)
-            n += 1
-    return n
-
-
-@inlined
-def _make_seeker(choice, me, members, own_x, own_y, heard, source, blocks, rules):  # type: ignore[no-untyped-def]
-    """What a leader's decision depends on."""
-    from_x, from_y = centre(source, rules)
-    top, bottom, left, right = blocks.down, -1, blocks.across, -1
-    for j in members:
-        cell = cell_of(heard[j].x_m, heard[j].y_m, rules)
-        row = cell // rules.columns // rules.block
-        col = cell % rules.columns // rules.block
-        top, bottom = min(top, row), max(bottom, row)
-        left, right = min(left, col), max(right, col)
-    stray_m = math.sqrt((from_x - me.x_m) ** 2 + (from_y - me.y_m) ** 2)
-    ahead = abs(rules.ahead) * math.sqrt(choice.kept_x**2 + choice.kept_y**2)
-    return Seeker(
-        choice.leader, me.team, me.x_m, me.y_m, members, own_x, own_y, from_x, from_y, stray_m,
-        choice.kept_x, choice.kept_y, ahead, top, bottom, left, right,
-    )  # fmt: skip
-
-
-@inlined
-def _soonest(x, y, seeker, heard, turns, rules):  # type: ignore[no-untyped-def]
-    """The distance and turn of the member that arrives first at a point, as in ``weigh``."""
-    soonest = np.inf
-    for j in seeker.members:
-        dx = x - heard[j].x_m
-        dy = y - heard[j].y_m
-        length = np.sqrt(dx * dx + dy * dy)
-        cos = turns[heard[j].heading, 0]
-        sin = turns[heard[j].heading, 1]
-        along = (dx * cos + dy * sin) / length if length > 0.0 else 1.0
-        soonest = min(soonest, length + rules.turn_m * np.sqrt(max(0.0, 2.0 - 2.0 * along)))
-    return soonest
-
-
-@inlined
-def _toward(x, y, seeker, rules):  # type: ignore[no-untyped-def]
-    """What a point is worth for lying in the team's direction so far, as in ``weigh``."""
-    dx = x - seeker.x_m
-    dy = y - seeker.y_m
-    length = np.sqrt(dx * dx + dy * dy)
-    if length > 0.0:
-        return rules.ahead * (dx * seeker.kept_x + dy * seeker.kept_y) / length
-    return 0.0
-
-
-@inlined
-def _least_way(x, y, nearer, seeker, rules):  # type: ignore[no-untyped-def]
-    """No way to a candidate at a point, or so much nearer, is shorter than this."""
-    off = math.sqrt((x - seeker.from_x) ** 2 + (y - seeker.from_y) ** 2) - nearer
-    slack_m = (rules.entry_cells + 2.0) * rules.cell_m
-    return min(NO_WAY_M, rules.least_m * max(0.0, off - slack_m))
-
-
-@inlined
-def _bound_ring(ring, seeker, rules):  # type: ignore[no-untyped-def]
-    """No candidate in a ring of blocks, or outside it, scores more."""
-    away_m = max(0, ring - 1) * rules.block * rules.cell_m
-    slack_m = seeker.stray_m + (rules.entry_cells + 2.0) * rules.cell_m
-    way_m = min(NO_WAY_M, rules.least_m * max(0.0, away_m - slack_m))
-    return rules.most_gain + seeker.ahead - rules.front * away_m - rules.way * way_m
-
-
-@inlined
-def _bound_block(b, seeker, heard, blocks, claims, rules):  # type: ignore[no-untyped-def]
-    """No candidate in a block scores more."""
-    x, y, half_m = middle(b, blocks, rules)
-    if np.isnan(blocks.worth[b]):
-        blocks.worth[b] = rules.most_gain - crowding(x, y, half_m, claims, rules)
-    away2 = np.inf
-    for j in seeker.members:
-        dx = x - heard[j].x_m
-        dy = y - heard[j].y_m
-        away2 = min(away2, dx * dx + dy * dy)
-    away_m = max(0.0, math.sqrt(away2) - half_m)
-    return (
-        blocks.worth[b] + own_share(x, y, half_m, seeker.own_x, seeker.own_y, rules)
-        + seeker.ahead - rules.front * away_m - rules.way * _least_way(x, y, half_m, seeker, rules)
-    )  # fmt: skip
-
-
 @inlined
 def _list_ring(ring, seeker, blocks, found):  # type: ignore[no-untyped-def]
     """List the blocks with candidates in a ring round the team; returns how many."""
@@ -239,10 +112,11 @@ def _list_ring(ring, seeker, blocks, found):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _take_block(b, n, waiting, seeker, heard, land, blocks, memory, turns, rules, step, choice):  # type: ignore[no-untyped-def]
+def _take_block(b, n, waiting, seeker, scene, rules, step, choice):  # type: ignore[no-untyped-def]
     """Append the candidates of a block that may be the best; returns how many wait then."""
-    avoided = memory.avoided[seeker.leader]
-    given_up = memory.given_up[seeker.leader]
+    land, blocks = scene.land, scene.blocks
+    avoided = scene.memory.avoided[seeker.leader]
+    given_up = scene.memory.given_up[seeker.leader]
     f = blocks.heads[b]
     while f >= 0:
         cell = land.flat[f]
@@ -252,12 +126,12 @@ def _take_block(b, n, waiting, seeker, heard, land, blocks, memory, turns, rules
             one = waiting[n]
             one.at = f
             one.entry = NOT_YET
-            one.least_m = _least_way(x, y, 0.0, seeker, rules)
-            one.soonest = _soonest(x, y, seeker, heard, turns, rules)
+            one.least_m = least_way(x, y, 0.0, seeker, rules)
+            one.soonest = soonest(x, y, seeker, scene.heard, scene.fixed.turns, rules)
             one.most = (
                 blocks.gains[f] - blocks.crowding[f] - rules.front * one.soonest
                 + own_share(x, y, 0.0, seeker.own_x, seeker.own_y, rules)
-                + _toward(x, y, seeker, rules)
+                + toward(x, y, seeker, rules)
             )  # fmt: skip
             n += one.most - rules.way * one.least_m >= choice.score - ROUNDING
         f = blocks.chain[f]
@@ -265,11 +139,12 @@ def _take_block(b, n, waiting, seeker, heard, land, blocks, memory, turns, rules
 
 
 @inlined
-def _settle(f, way_m, soonest, seeker, heard, land, blocks, claims, rules, choice):  # type: ignore[no-untyped-def]
+def _settle(f, way_m, front_m, seeker, scene, rules, choice):  # type: ignore[no-untyped-def]
     """Score a candidate whose way is known, as ``weigh`` does, and choose it if it is the best."""
-    x, y = centre(land.flat[f], rules)
-    total = blocks.gains[f] - rules.way * way_m
-    total -= rules.front * soonest
+    heard, claims = scene.heard, scene.claims
+    x, y = centre(scene.land.flat[f], rules)
+    total = scene.blocks.gains[f] - rules.way * way_m
+    total -= rules.front * front_m
     row, col = claim_block(x, y, rules)
     b = row * claims.across + col
     for k in range(claims.begins[b], claims.begins[b + 1]):
@@ -281,7 +156,7 @@ def _settle(f, way_m, soonest, seeker, heard, land, blocks, claims, rules, choic
         apart = np.sqrt(dx * dx + dy * dy)
         if apart < rules.apart_m:
             total -= rules.apart * (1.0 - apart / rules.apart_m)
-    total += _toward(x, y, seeker, rules)
+    total += toward(x, y, seeker, rules)
     if total > choice.score or (total == choice.score and f < choice.at):
         choice.score = total
         choice.way_m = way_m
@@ -289,8 +164,9 @@ def _settle(f, way_m, soonest, seeker, heard, land, blocks, claims, rules, choic
 
 
 @inlined
-def _settle_reached(walked, n, waiting, seeker, heard, land, blocks, claims, fixed, rules, choice):  # type: ignore[no-untyped-def]
+def _settle_reached(walked, n, waiting, seeker, scene, rules, choice):  # type: ignore[no-untyped-def]
     """Score the candidates whose ways are no longer than `walked`; returns how many wait then."""
+    land = scene.land
     k = 0
     while k < n:
         one = waiting[k]
@@ -298,7 +174,7 @@ def _settle_reached(walked, n, waiting, seeker, heard, land, blocks, claims, fix
             cell = land.flat[one.at]
             if one.entry == NOT_YET:
                 one.entry = enter(land.status, cell, rules.rows, rules.columns, rules.entry_cells)
-            length = FAR if one.entry < 0 else fixed.field[one.entry, 0]
+            length = FAR if one.entry < 0 else scene.fixed.field[one.entry, 0]
             if one.entry >= 0 and length > walked:
                 k += 1
                 continue
@@ -308,7 +184,7 @@ def _settle_reached(walked, n, waiting, seeker, heard, land, blocks, claims, fix
                 dx = x - seeker.x_m
                 dy = y - seeker.y_m
                 way_m = NO_WAY_M + np.sqrt(dx * dx + dy * dy)
-            _settle(one.at, way_m, one.soonest, seeker, heard, land, blocks, claims, rules, choice)
+            _settle(one.at, way_m, one.soonest, seeker, scene, rules, choice)
         n -= 1
         last = waiting[n]
         one.at = last.at
@@ -342,8 +218,9 @@ def _highest_waiting(waiting, n, walked, rules):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _search(seeker, heard, land, blocks, claims, memory, fixed, rules, step, scratch, ends, choice):  # type: ignore[no-untyped-def]
+def _search(seeker, scene, rules, step, scratch, ends, choice):  # type: ignore[no-untyped-def]
     """Find the best candidate for one leader: what may score most is looked at next."""
+    land, fixed, blocks = scene.land, scene.fixed, scene.blocks
     rings = 1 + max(
         seeker.top, seeker.left, blocks.down - 1 - seeker.bottom, blocks.across - 1 - seeker.right
     )
@@ -354,7 +231,7 @@ def _search(seeker, heard, land, blocks, claims, memory, fixed, rules, step, scr
     while True:
         by_way = _highest_waiting(scratch.waiting, n, walked, rules)
         by_block, at = _highest(scratch.bounds, listed)
-        by_ring = _bound_ring(ring, seeker, rules) if ring < rings else -np.inf
+        by_ring = bound_ring(ring, seeker, rules) if ring < rings else -np.inf
         highest = max(by_way, by_block, by_ring)
         if highest == -np.inf or highest < choice.score - ROUNDING:
             break
@@ -363,18 +240,17 @@ def _search(seeker, heard, land, blocks, claims, memory, fixed, rules, step, scr
             listed += _list_ring(ring, seeker, blocks, scratch.blocks[known:])
             for k in range(known, listed):
                 b = scratch.blocks[k]
-                scratch.bounds[k] = _bound_block(b, seeker, heard, blocks, claims, rules)
+                scratch.bounds[k] = bound_block(b, seeker, scene.heard, blocks, scene.claims, rules)
             ring += 1
         elif by_block == highest:
             b = scratch.blocks[at]
             if not blocks.is_open[b]:
-                open_block(b, blocks, land, fixed, claims, rules)
-                scratch.bounds[at] = _bound_block(b, seeker, heard, blocks, claims, rules)
+                open_block(b, blocks, land, fixed, scene.claims, rules)
+                scratch.bounds[at] = bound_block(
+                    b, seeker, scene.heard, blocks, scene.claims, rules
+                )
                 continue
-            n = _take_block(
-                b, n, scratch.waiting, seeker, heard, land, blocks, memory, fixed.turns, rules,
-                step, choice,
-            )  # fmt: skip
+            n = _take_block(b, n, scratch.waiting, seeker, scene, rules, step, choice)
             listed -= 1
             scratch.blocks[at] = scratch.blocks[listed]
             scratch.bounds[at] = scratch.bounds[listed]
@@ -385,9 +261,7 @@ def _search(seeker, heard, land, blocks, claims, memory, fixed, rules, step, scr
             ):
                 walked = FAR
         # The search may have passed those of a new block, too.
-        n = _settle_reached(
-            walked, n, scratch.waiting, seeker, heard, land, blocks, claims, fixed, rules, choice
-        )
+        n = _settle_reached(walked, n, scratch.waiting, seeker, scene, rules, choice)
 
 
 @kernel
@@ -407,6 +281,7 @@ def choose_by_criteria(own, heard, teams, land, memory, fixed, rules, step, aske
     size = land.flat.shape[0]
     blocks = make_blocks(land.flat, rules)
     speakers, claims = gather_claims(heard, rules, step)
+    scene = Scene(heard, land, memory, fixed, blocks, claims)
     members = np.empty(robots + 1, dtype=np.int64)
     own_x = np.empty(robots)
     own_y = np.empty(robots)
@@ -420,19 +295,17 @@ def choose_by_criteria(own, heard, teams, land, memory, fixed, rules, step, aske
         choice = asked[a]
         i = choice.leader
         me = own[i]
-        crew = members[: _list_members(teams, me.team, i, members)]
-        n = _own_claims(speakers, heard, i, me.team, own_x, own_y, rules)
+        crew = members[: list_members(teams, me.team, i, members)]
+        n = own_claims(speakers, heard, i, me.team, own_x, own_y, rules)
         here = cell_of(me.x_m, me.y_m, rules)
         source[0] = get_out(land.status, here, rules.rows, rules.columns, rules.exit_cells)
-        seeker = _make_seeker(
+        seeker = make_seeker(
             choice, me, crew, own_x[:n], own_y[:n], heard, source[0], blocks, rules
         )  # fmt: skip
         choice.at = -1
         choice.score = -np.inf
         begin_walk(source, fixed.field, fixed.queues, ends)
-        _search(
-            seeker, heard, land, blocks, claims, memory, fixed, rules, step, scratch, ends, choice
-        )
+        _search(seeker, scene, rules, step, scratch, ends, choice)
         end_walk(fixed.field, fixed.queues, ends)
         avoided = memory.avoided[i]
         given_up = memory.given_up[i]

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.grid import GRID
 from swarmscout.core.enums import OCCUPIED, UNKNOWN
+from swarmscout.core.grid import GRID
 from swarmscout.core.jit import inlined
 from swarmscout.destinations.batch import Batch
 from swarmscout.destinations.claims import centre, crowding
@@ -107,7 +107,7 @@ def prepare(batch: Batch, weights: Mapping[str, float]) -> tuple[Fixed, NDArray[
     )
     rule["most_gain"] = weights["near_gain"] * near_m2 + weights["open_gain"] * open_m2
     for name, weight in weights.items():
-        if name in CRITERIA.names:
+        if name in (CRITERIA.names or ()):
             rule[name] = weight
     return fixed, rules
 

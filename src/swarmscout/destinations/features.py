@@ -247,7 +247,8 @@ def disc_half_widths(reach_m: float, cell_m: float) -> NDArray[np.int64]:
     """int64[r + 1]: half the width, in cells, of a disc 0 … r rows off its centre."""
     rows_off = np.arange(int(reach_m / cell_m) + 1)
     widths = np.sqrt(np.maximum((reach_m / cell_m) ** 2 - rows_off**2, 0.0))
-    return widths.astype(np.int64)
+    half_widths: NDArray[np.int64] = widths.astype(np.int64)
+    return half_widths
 
 
 def _find(ascending: NDArray[np.int64], value: int) -> int:

@@ -67,7 +67,7 @@ class Quantile:
         written = zip(drawn, *(asked[name].tolist() for name in WRITTEN), strict=True)
         return [
             Outcome(
-                _choice(batch.cell(at), *draw, rank, among, what) if at >= 0 else None,
+                _choice(batch.cell(at), draw, rank, among, what) if at >= 0 else None,
                 offered,
                 doubts,
             )
@@ -109,12 +109,13 @@ class Quantile:
         equals = (distances == at).nonzero()[0]
         chosen = int(equals[rank - np.count_nonzero(distances < at)])
         row, col = view.frontiers[chosen].tolist()
-        return _choice((row, col), bias, quantile, rank, among, what)
+        return _choice((row, col), (bias, quantile), rank, among, what)
 
 
 def _choice(
-    cell: tuple[int, int], bias: float, quantile: float, rank: int, among: int, what: str
+    cell: tuple[int, int], drawn: tuple[float, float], rank: int, among: int, what: str
 ) -> Choice:
+    bias, quantile = drawn
     return Choice(
         cell,
         reason=f"quantile {quantile:.3f} of {among} {what} by distance",
