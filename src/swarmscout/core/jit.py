@@ -43,6 +43,7 @@ SHARED = (
     "minds/given_up.py",
     "minds/modes.py",
     "planning/neighbours.py",
+    "planning/regions.py",
     "planning/route_table.py",
     "planning/search_memory.py",
     "planning/tolls.py",

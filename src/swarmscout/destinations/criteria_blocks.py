@@ -33,8 +33,8 @@ CLAIM_M = 1.0
 CRITERIA = np.dtype(
     [
         *GRID.descr,  # the frame of the map
-        ("place_cells", "i8"),  # edge of a place, see ``minds.given_up``
         ("silence_steps", "i8"),
+        ("place_cells", "i8"),  # edge of a place, see ``minds.given_up``
         ("entry_cells", "f8"),  # see ``Footprint``
         ("exit_cells", "f8"),
         ("block", "i8"),  # edge of the blocks of candidates, in cells

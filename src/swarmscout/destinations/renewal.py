@@ -182,31 +182,36 @@ def avoid_given_up(own, ear, heard, notices, avoided, avoided_next, given_up, ru
         rules: RENEWAL[1]; step: the current step.
     """
     rules = rules[0]
+    # Who gave something up; and whether that concerns other teams, too.
     givers = np.empty(notices.shape[0], dtype=np.int64)
+    places = np.empty(notices.shape[0], dtype=np.int64)
+    public = np.empty(notices.shape[0], dtype=np.bool_)
     n = 0
     for j in range(notices.shape[0]):
-        if notices[j].given_up >= 0:
+        told = notices[j]
+        if told.given_up >= 0:
             givers[n] = j
+            places[n] = place_of(told.given_up, rules)
+            public[n] = told.why == REACHED or told.why == NOT_CANDIDATE
             n += 1
     for i in range(own.shape[0]):
         me = own[i]
         if not me.thinks:
             continue
         row = heard[ear[i]]
-        for j in givers[:n]:
-            if row[j].step != step:
-                continue
-            told = notices[j]
+        for g in range(n):
+            told = notices[givers[g]]
             ours = told.team == me.team
+            if row[givers[g]].step != step:
+                continue
             me.doubts = me.doubts or told.why == UNREACHABLE
             if ours and told.why != NOT_CANDIDATE:
                 slot = avoided_next[i] % avoided.shape[1]
                 avoided[i, slot, 0] = told.given_up
                 avoided[i, slot, 1] = step + rules.avoid_steps
                 avoided_next[i] += 1
-            if rules.closes and (ours or told.why == REACHED or told.why == NOT_CANDIDATE):
-                place = place_of(told.given_up, rules)
-                remember(given_up[i], place, told.why, ours, rules.avoid_steps, step)
+            if rules.closes and (ours or public[g]):
+                remember(given_up[i], places[g], told.why, ours, rules.avoid_steps, step)
 
 
 @kernel

@@ -28,6 +28,7 @@ from swarmscout.mapping.log_odds import InverseSensorModel
 __all__ = [
     "FRONTIER",
     "LABEL_BITS",
+    "TILE",
     "BeliefView",
     "OccupancyGrids",
     "apply_evidence",
@@ -39,7 +40,10 @@ KNOWN_FREE = 1  # counts[KNOWN_FREE]: cells that are free now
 KNOWN_OCCUPIED = 2
 FRONTIERS = 3
 
-_PER_MAP = ("evidence", "status", "price", "crowd", "counts", "bounds")
+TILE = 32
+"""Edge of the tiles, in cells, for which a map says when they changed last."""
+
+_PER_MAP = ("evidence", "status", "price", "crowd", "counts", "bounds", "changed")
 """Arrays of ``OccupancyGrids`` with a row for each map."""
 
 
@@ -63,7 +67,7 @@ def _is_frontier(status, row, col, rows, columns, neighbours):  # type: ignore[n
 
 @kernel
 def apply_evidence(  # type: ignore[no-untyped-def]
-    m, evidence, status, price, crowd, counts, bounds, stamps, touched, before,
+    m, evidence, status, price, crowd, counts, bounds, changed, stamps, touched, before,
     cells, increments, low, high, rows, columns, thresholds, permille, neighbours, weights,
 ):  # fmt: skip
     """Add log entries to one map and bring all that is derived from it up to date.
@@ -71,7 +75,8 @@ def apply_evidence(  # type: ignore[no-untyped-def]
     Args:
         m: which map: a row of the next six.
         evidence: int64[K, C] summed log-odds; status: uint8[K, C']; price: int16[K, C].
-        crowd: int32[K, C]; counts: int64[K, 4]; bounds: int64[K, 2]: see ``OccupancyGrids``.
+        crowd: int32[K, C]; counts: int64[K, 4]; bounds: int64[K, 2]; changed: int64[K, T]: see
+            ``OccupancyGrids``.
         stamps: int64[C + 1], scratch: which update touched a cell last; [-1] counts updates.
         touched: int64[C], written: the cells that the entries name, each once.
         before: int64[C], written beside it: their evidence before.
@@ -100,6 +105,7 @@ def apply_evidence(  # type: ignore[no-untyped-def]
                 before[n] = evidence[m, cell]
                 n += 1
             evidence[m, cell] += increments[k, e]
+    across = (columns + TILE - 1) // TILE
     counts[m, CLOSED] = 0
     for t in range(n):
         cell = touched[t]
@@ -114,6 +120,7 @@ def apply_evidence(  # type: ignore[no-untyped-def]
         col = cell - row * columns
         bounds[m, 0] = min(bounds[m, 0], row)
         bounds[m, 1] = max(bounds[m, 1], row)
+        changed[m, row // TILE * across + col // TILE] = now
         old = status[m, cell] & LABEL_BITS
         if label == old:
             continue
@@ -126,6 +133,14 @@ def apply_evidence(  # type: ignore[no-untyped-def]
             counts[m, CLOSED] += closed + (label == OCCUPIED)
             bounds[m, 0] = min(bounds[m, 0], first)
             bounds[m, 1] = max(bounds[m, 1], last)
+            reach = max(last - row, row - first)
+            for tile_row in range(
+                max(0, row - reach) // TILE, min(rows - 1, row + reach) // TILE + 1
+            ):
+                for tile_col in range(
+                    max(0, col - reach) // TILE, min(columns - 1, col + reach) // TILE + 1
+                ):
+                    changed[m, tile_row * across + tile_col] = now
         counts[m, KNOWN_FREE] += (label == FREE) - (old == FREE)
         counts[m, KNOWN_OCCUPIED] += (label == OCCUPIED) - (old == OCCUPIED)
         for near_row in range(max(0, row - 1), min(rows, row + 2)):
@@ -255,6 +270,7 @@ class OccupancyGrids:
         counts: int64[K, 4]: closed in the last update, free, occupied, frontier cells.
         bounds: int64[K, 2], first and last row with evidence, or weights of a cell that has some;
             (rows, -1): none.
+        changed: int64[K, T], for each tile, by rows, the number of the update that changed it last.
         touched: int64[C], the first `touched_count` are the cells that the last update named;
             before: int64[C], their evidence before it.
     """
@@ -280,6 +296,8 @@ class OccupancyGrids:
         self.before: NDArray[np.int64] = np.zeros(size, dtype=np.int64)
         self.touched_count = 0
         self.bounds = np.tile(np.array([frame.rows, -1], dtype=np.int64), (maps, 1))
+        tiles = -(-frame.rows // TILE) * -(-frame.columns // TILE)
+        self.changed: NDArray[np.int64] = np.zeros((maps, tiles), dtype=np.int64)
         self._stamps = np.zeros(size + 1, dtype=np.int64)
         self._permille = model.permille()
         self._neighbours = neighbours
@@ -298,10 +316,15 @@ class OccupancyGrids:
         """Add entries ``low[k] … high[k] - 1`` of each log k to map m; see the kernel."""
         self.touched_count = apply_evidence(
             m, self.evidence, self.status, self.price, self.crowd, self.counts, self.bounds,
-            self._stamps, self.touched, self.before, cells, increments, low, high,
+            self.changed, self._stamps, self.touched, self.before, cells, increments, low, high,
             self.frame.rows, self.frame.columns, self._thresholds, self._permille,
             self._neighbours, self.footprint.weights,
         )  # fmt: skip
+
+    @property
+    def updates(self) -> int:
+        """How many updates of any map there were."""
+        return int(self._stamps[-1])
 
     def grow(self, maps: int) -> None:
         """Make room for a number of maps; those added hold nothing meaningful."""
@@ -316,6 +339,8 @@ class OccupancyGrids:
         for name in _PER_MAP:
             array = getattr(self, name)
             array[target] = array[source]
+        self._stamps[-1] += 1
+        self.changed[target] = self._stamps[-1]
 
     def fork(self, m: int) -> OccupancyGrids:
         """One map of its own, equal to map m now."""

@@ -21,6 +21,9 @@ UNPROVEN = 3000
 STATION = 3000
 """Robots that do not charge keep clear of those that do, as of robots that stand."""
 
+FAR_TILES = 8
+"""Routes over more tiles than this are planned in parts: at cells of 0.25 m from 64 m on."""
+
 BESIDE = 1000
 """In 1/1000: a way along walls costs as much as one that is twice as long in the open."""
 
@@ -46,6 +49,7 @@ def make_costs(scenario: Scenario, cell_m: float, least: int, *, goes_home: bool
         station=STATION if by_length else 0,
         unproven=UNPROVEN if goes_home else 0,
         proven=round(1000.0 * scenario.map.free_below),
+        far_tiles=FAR_TILES,
     )
 
 

@@ -26,6 +26,8 @@ class RouteCosts:
         unproven: added, on the way to a station, to the price of a cell that is not known to be
             free …
         proven: … which is one whose price without the base is at least this.
+        far_tiles: routes over more tiles than this are planned in parts, see ``planning.regions``;
+            0: each is planned as a whole, and optimal.
     """
 
     straight: int
@@ -37,6 +39,7 @@ class RouteCosts:
     station: int = 0
     unproven: int = 0
     proven: int = 1000
+    far_tiles: int = 0
 
     def in_metres(self, cost: int | NDArray[np.int64]) -> float | NDArray[np.float64]:
         """A cost as metres of free way (price 1)."""

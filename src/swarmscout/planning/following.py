@@ -142,7 +142,7 @@ def mark_standing(heard, still, rows, grid, step, standing):  # type: ignore[no-
 def _way_is_closed(status, route, cells, columns):  # type: ignore[no-untyped-def]
     """Whether a cell of what is left of a route, or one beside a diagonal move, has no room."""
     before = route.here
-    for a in range(route.at, min(route.length, cells.shape[0])):
+    for a in range(route.at, route.kept):
         cell = cells[a]
         # The two cells beside a diagonal move count too: no corner is cut.
         beside = before // columns * columns + cell % columns
@@ -183,6 +183,7 @@ def find_needs(own, ear, status, counts, routes, cells, grid, step):  # type: ig
         if wanted == NOWHERE:
             route.goal = NOWHERE
             route.length = 0
+            route.kept = 0
             route.failed_until = 0
             continue
         if route.goal != wanted or route.again != 0:
@@ -192,7 +193,7 @@ def find_needs(own, ear, status, counts, routes, cells, grid, step):  # type: ig
             need = step >= route.failed_until
         elif route.at >= route.length:
             need = False
-        elif route.at >= cells.shape[1]:
+        elif route.at >= route.kept:
             need = True
         else:
             dx, dy = offset(cells[i, route.at], me.x_m, me.y_m, grid)
@@ -212,7 +213,7 @@ def _next_waypoint(me, route, cells, status, sight, grid):  # type: ignore[no-un
 
     Looked at are the `sight` next cells, a stride apart.
     """
-    longest = min(route.length, cells.shape[0])
+    longest = route.kept
     dx = 0.0
     dy = 0.0
     while route.at < longest:
@@ -333,6 +334,7 @@ def _note_progress(route, grid, step):  # type: ignore[no-untyped-def]
     if route.idle >= FAIL_STEPS:
         route.failed_until = step + 10
         route.length = 0
+        route.kept = 0
         route.cost = -1
         route.idle = 0
         route.again = 0
@@ -372,7 +374,7 @@ def steer(own, ear, status, touch, stations, routes, cells, headings, grid, step
             if route.bump_until[b] > step + WALL_STEPS - CAREFUL_STEPS:
                 sight = 1
         dx, dy = _next_waypoint(me, route, cells[i], status[ear[i]], sight, grid)
-        longest = min(route.length, cells.shape[1])
+        longest = route.kept
         if (
             me.mode == CHARGE
             and (route.at >= longest or me.still >= (PATIENT if blocked else 2 * PATIENT))

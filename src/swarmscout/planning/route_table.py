@@ -28,6 +28,7 @@ ROUTE = np.dtype(
     [
         ("goal", "i8"),  # where the route leads: flat cell, NOWHERE, STATION or one below it
         ("length", "i8"),  # cells on it
+        ("kept", "i8"),  # of which so many are in the table; the rest is planned later
         ("at", "i8"),  # the next one to drive to
         ("here", "i8"),  # the cell that the robot believes to be in
         ("map", "i8"),  # the row of the map that it plans on
@@ -98,7 +99,7 @@ class RouteTable:
     def ahead(self, robot: int) -> NDArray[np.int32]:
         """int32[n]: the flat cells that a robot still has to drive through."""
         route = self.state[robot]
-        return self.cells[robot, route["at"] : min(route["length"], LONGEST)]
+        return self.cells[robot, route["at"] : route["kept"]]
 
 
 def blank_routes(robots: int, longest: int = LONGEST) -> RouteTable:

@@ -103,6 +103,7 @@ class Planner:
         self._search = Search(frame, replace(costs, unproven=0))
         self._home_search = Search(frame, replace(costs, station=0), self._search)
         self._home = blank_routes(robots, longest=1)
+        self._grids: OccupancyGrids | None = None
         self._standing = np.full((1, robots), -1, dtype=np.int64)
         self._docks = dock_cells(frame, stations_m)
         self._queues = np.zeros((1, max(1, len(stations_m))), dtype=np.int64)
@@ -208,16 +209,24 @@ class Planner:
     ) -> None:
         """Plan the routes that are needed, those to cells or those to stations."""
         grids = knowledge.grids
+        self._use(grids)
         weigh_stations(
             knowledge.heard, table.state, grids.status, self.stations_m, self._places, self._queues,
             self._rules, step,
         )  # fmt: skip
         reach = np.array([grids.footprint.entry_cells, grids.footprint.exit_cells])
         plan_routes(
-            grids.price, grids.status, grids.bounds, search.toll, search.nodes, search.buckets,
-            search.state, self._standing, self._docks, self._queues, reach, table.state,
-            table.cells, step, events,
+            grids.price, grids.status, grids.bounds, grids.changed, search.toll, search.nodes,
+            search.buckets, search.regions, search.state, self._standing, self._docks,
+            self._queues, reach, table.state, table.cells, step, events,
         )  # fmt: skip
+
+    def _use(self, grids: OccupancyGrids) -> None:
+        """Tolls of other maps than before are filled in anew."""
+        if grids is not self._grids:
+            self._grids = grids
+            for search in (self._search, self._home_search):
+                search.state["loaded"] = -1
 
     def steer(
         self,
@@ -289,10 +298,11 @@ class Planner:
         """
         found = np.empty(len(targets), dtype=np.int64)
         search = self._search
+        self._use(grids)
         out = int(grids.exits(m, np.array([start]))[0])
         route_cost_field(
-            grids.price[m], grids.status[m], grids.bounds[m], search.toll, search.nodes,
-            search.buckets, search.state, out, grids.entries(m, targets),
+            m, grids.price, grids.status, grids.bounds, grids.changed, search.toll, search.nodes,
+            search.buckets, search.regions.labelled, search.state, out, grids.entries(m, targets),
             len(targets) if at_most is None else at_most, found,
         )  # fmt: skip
         # Wherever a robot is, it is there already.

@@ -30,6 +30,8 @@ from swarmscout.core.enums import ROUTE as ROUTE_EVENT
 from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import enter, get_out
+from swarmscout.mapping.occupancy import TILE
+from swarmscout.planning.regions import find_far_ways, list_cells, region_of, way_ahead
 from swarmscout.planning.route_table import STATION
 from swarmscout.planning.search_memory import BUCKETS
 from swarmscout.planning.tolls import fill_tolls, padded, toll_standing
@@ -39,6 +41,9 @@ __all__ = ["plan_routes", "route_cost_field"]
 # Flags of a node in the running search; the search's number stands above them.
 REACHED, SETTLED, START, OPEN, SEED = 1, 2, 4, 8, 16
 FLAG_BITS = 5
+
+AHEAD = 4
+"""A part of a route leads so many regions on."""
 
 DIAGONAL_FIRST = 4
 # Orthogonal neighbours first, then diagonal ones: the fixed order among equally good routes.
@@ -260,9 +265,114 @@ def _read_all(price, toll, nodes, routes, cells, i, search, step, events):  # ty
             length, end, route.way_mm = _read_off(price, toll, nodes, search, start, cells[j])
             route.end = end - 2 * (end // (search.columns + 2)) - search.columns - 1
         route.length = max(length, 0)
+        route.kept = min(route.length, cells.shape[1])
         route.cost = nodes[start].cost if length >= 0 else -1
         route.failed_until = 0 if length >= 0 else step + 10
         note(events, ROUTE_EVENT, j, length, max(goal, STATION))
+
+
+@inlined
+def _list_far(routes, i, seeds, search, far):  # type: ignore[no-untyped-def]
+    """List the robots that share i's map and goal and are far from all seeds; returns how many."""
+    width = search.columns + 2
+    n = 0
+    for j in range(i, routes.shape[0]):
+        route = routes[j]
+        if route.need != 1 or route.wanted != routes[i].wanted or route.map != routes[i].map:
+            continue
+        here = padded(route.here, search.columns)
+        least = 1 << 40
+        for seed in seeds:
+            rows = abs(seed // width - here // width)
+            cols = abs(seed % width - here % width)
+            least = min(least, max(rows, cols))
+        if least >= search.far * TILE // 2:
+            far[n] = j
+            n += 1
+    return n
+
+
+@inlined
+def _plan_part(j, region, price, toll, nodes, buckets, regions, search, routes, cells):  # type: ignore[no-untyped-def]
+    """Plan the first part of a robot's route: the best way to any cell of a region.
+
+    Returns:
+        The number of cells on it, -1: there is none.
+    """
+    columns = search.columns
+    rows = price.shape[0] // columns
+    width = columns + 2
+    seeds = np.empty(TILE * TILE, dtype=np.int64)
+    n = list_cells(region, regions, rows, columns, seeds)
+    for k in range(n):
+        seeds[k] = padded(seeds[k], columns)
+    search.count += 2
+    start = padded(routes[j].here, columns)
+    nodes[start].mark = (search.count << FLAG_BITS) | START
+    row = start // width
+    box = np.array([row, row, start - row * width, start - row * width], dtype=np.int64)
+    costs = np.zeros(n, dtype=np.int64)
+    _spread(toll, nodes, buckets, seeds[:n], costs, 1, box, search)
+    if not _flags(nodes[start], search.count) & SETTLED:
+        return -1
+    length, _, routes[j].way_mm = _read_off(price, toll, nodes, search, start, cells[j])
+    routes[j].cost = nodes[start].cost
+    return length
+
+
+@inlined
+def _plan_far(
+    i, seeds, costs, price, toll, nodes, buckets, regions, search, routes, cells, step, events
+):  # type: ignore[no-untyped-def]
+    """Plan parts of routes for the robots with i's map and goal to which the goal is far.
+
+    The others, and those whose part has no way, still need a route.
+    """
+    columns = search.columns
+    rows = price.shape[0] // columns
+    goal = routes[i].wanted
+    far = np.empty(routes.shape[0] - i, dtype=np.int64)
+    far = far[: _list_far(routes, i, seeds, search, far)]
+    if far.shape[0] == 0:
+        return
+    goals = np.empty(seeds.shape[0], dtype=np.int64)
+    for g in range(seeds.shape[0]):
+        row = seeds[g] // (columns + 2)
+        goals[g] = (row - 1) * columns + seeds[g] - row * (columns + 2) - 1
+    starts = np.empty(far.shape[0], dtype=np.int64)
+    for k in range(far.shape[0]):
+        starts[k] = routes[far[k]].here
+    find_far_ways(toll, regions, goals, costs, starts, search, rows)
+    now = search.count
+    for j in far:
+        route = routes[j]
+        region = region_of(route.here, toll, regions, rows, columns)
+        if region < 0 or regions.reached[region] != now:
+            continue
+        ahead, tiles, rest_mm = way_ahead(region, AHEAD, regions, search)
+        if tiles <= search.far:
+            continue
+        length = 0
+        if cells.shape[1] > 1:
+            length = _plan_part(
+                j, ahead, price, toll, nodes, buckets, regions, search, routes, cells
+            )  # fmt: skip
+            if length < 0:
+                continue
+            route.cost += regions.cost[ahead]
+            route.way_mm += rest_mm
+        else:
+            # The way is measured, not driven.
+            _, _, route.way_mm = way_ahead(region, 0, regions, search)
+            route.cost = regions.cost[region]
+        route.need = 0
+        route.goal = goal
+        route.at = 0
+        route.end = -1
+        route.kept = min(length, cells.shape[1])
+        route.length = length + (tiles - AHEAD) * TILE
+        route.failed_until = 0
+        note(events, ROUTE_EVENT, j, route.length, max(goal, STATION))
 
 
 @inlined
@@ -286,14 +396,15 @@ def _name_docks(routes, docks, status, queues, rows, columns, reach):  # type: i
 
 @kernel
 def plan_routes(  # type: ignore[no-untyped-def]
-    price, status, bounds, toll, nodes, buckets, state, standing, docks, queues, reach, routes,
-    cells, step, events,
+    price, status, bounds, changed, toll, nodes, buckets, regions, state, standing, docks, queues,
+    reach, routes, cells, step, events,
 ):  # fmt: skip
     """Plan a route for every robot that needs one, to a cell or to a station (`state[0].home`).
 
     Args:
-        price: int16[R, C], status: uint8[R, C'], bounds: int64[R, 2]: see ``OccupancyGrids``.
-        toll, nodes, buckets, state: scratch, see ``Search``.
+        price: int16[R, C], status: uint8[R, C'], bounds: int64[R, 2], changed: int64[R, T]: see
+            ``OccupancyGrids``.
+        toll, nodes, buckets, regions, state: scratch, see ``Search``.
         standing: int64[R, N], cells in which robots stand for long, see ``mark_standing``.
         docks: int64[k, 2], cells near the charging stations, and which station each is near.
         queues: int64[R, S], what queueing at each station costs: of those that are free to choose,
@@ -319,11 +430,9 @@ def plan_routes(  # type: ignore[no-untyped-def]
             continue
         m = routes[i].map
         if m != loaded:
-            fill_tolls(price[m], status[m], bounds[m], toll, search)
+            fill_tolls(m, price, status, bounds, changed, toll, regions.labelled, search)
             loaded = m
         toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
-        search.count += 2
-        waiting = _start_all(nodes, routes, i, search, box)
         n = 0
         for d in range(docks.shape[0] if goal <= STATION else 1):
             seed = docks[d, 0] if goal <= STATION else goal
@@ -333,6 +442,17 @@ def plan_routes(  # type: ignore[no-untyped-def]
                 seeds[n] = padded(seed, columns)
                 costs[n] = queues[m, docks[d, 1]] if goal == STATION else 0
                 n += 1
+        search.count += 2
+        if search.far > 0:
+            _plan_far(
+                i, seeds[:n], costs, price[m], toll, nodes, buckets, regions, search, routes, cells,
+                step, events,
+            )  # fmt: skip
+            search.count += 2
+        waiting = _start_all(nodes, routes, i, search, box)
+        if waiting == 0:
+            toll_standing(price[m], status[m], toll, standing[m], search, 0)
+            continue
         _spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
         _read_all(price[m], toll, nodes, routes, cells, i, search, step, events)
         if goal == STATION:
@@ -342,19 +462,32 @@ def plan_routes(  # type: ignore[no-untyped-def]
 
 @kernel
 def route_cost_field(  # type: ignore[no-untyped-def]
-    price, status, bounds, toll, nodes, buckets, state, start, targets, at_most, found
+    m,
+    price,
+    status,
+    bounds,
+    changed,
+    toll,
+    nodes,
+    buckets,
+    labelled,
+    state,
+    start,
+    targets,
+    at_most,
+    found,
 ):
     """Costs of the best routes from one cell to many: a search that spreads from the start.
 
     Args:
-        price: int16[C], status: uint8[C'], bounds: int64[2]: one map.
-        toll, nodes, buckets, state: scratch, see ``Search``.
+        m: which map. price, status, bounds, changed: see :func:`plan_routes`.
+        toll, nodes, buckets, labelled, state: scratch, see ``Search``.
         start: flat cell; targets: int64[n], flat cells with room, or -1.
         at_most: the search stops once this many targets (and all at equal cost) are settled.
         found: int64[n], written: the cost for each target, -1 where it was not settled.
     """
     search = state[0]
-    fill_tolls(price, status, bounds, toll, search)
+    fill_tolls(m, price, status, bounds, changed, toll, labelled, search)
     search.count += 2
     waiting = 0
     for t in range(targets.shape[0]):
@@ -366,7 +499,7 @@ def route_cost_field(  # type: ignore[no-untyped-def]
             waiting += 1
     waiting = min(waiting, at_most)
     # A box over everything: no heuristic, so cells are settled in the order of their cost.
-    box = np.array([0, price.shape[0], 0, price.shape[0]], dtype=np.int64)
+    box = np.array([0, price.shape[1], 0, price.shape[1]], dtype=np.int64)
     seeds = np.array([padded(start, search.columns)], dtype=np.int64)
     if waiting > 0:
         _spread(toll, nodes, buckets, seeds, np.zeros(1, dtype=np.int64), waiting, box, search)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.grid import GridFrame
 from swarmscout.planning.costs import RouteCosts
+from swarmscout.planning.regions import Regions, blank_regions
 
 __all__ = ["BUCKETS", "NODE", "SEARCH", "Search"]
 
@@ -41,6 +42,9 @@ SEARCH = np.dtype(
         # heuristic, by less than half of all buckets
         ("columns", "i8"),  # of the grid
         ("count", "i8"),  # counts searches: even numbers to cells, odd ones to stations
+        ("loaded", "i8"),  # the map whose tolls are filled in …
+        ("seen", "i8"),  # … and the number of its last update that is
+        ("far", "i8"),  # ways over more regions than this are planned in parts; 0: none are
         ("filled_low", "i8"),  # the first and last row of the grid with tolls of a map
         ("filled_high", "i8"),
         ("home", "i8"),  # 1: routes lead to stations, 0: to cells
@@ -60,6 +64,7 @@ class Search:
             there already.
         nodes: NODE[P].
         buckets: int32[BUCKETS], the first cell of each, used in turn; -1 for none.
+        regions: see ``Regions``.
         state: SEARCH[1].
 
     Args:
@@ -69,6 +74,7 @@ class Search:
     """
 
     def __init__(self, frame: GridFrame, costs: RouteCosts, beside: Search | None = None) -> None:
+        self.regions: Regions = blank_regions(frame)
         size = (frame.rows + 2) * (frame.columns + 2)
         self.toll = np.full(size, OUTSIDE, dtype=np.int32)
         self.nodes: NDArray[np.void] = np.zeros(size, NODE) if beside is None else beside.nodes
@@ -88,3 +94,5 @@ class Search:
         state["columns"] = frame.columns
         state["filled_high"] = frame.rows - 1
         state["home"] = state["count"] = 0 if beside is None else 1
+        state["loaded"] = -1
+        state["far"] = costs.far_tiles

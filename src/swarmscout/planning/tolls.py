@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from swarmscout.core.jit import inlined
 from swarmscout.mapping.footprint import BESIDE, STATION_ZONE, TIGHT
+from swarmscout.mapping.occupancy import TILE
 
 __all__ = ["fill_tolls", "padded", "toll_standing"]
 
@@ -29,15 +30,44 @@ def _toll(price, status, cell, search):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def fill_tolls(price, status, bounds, toll, search):  # type: ignore[no-untyped-def]
-    """Set the tolls of all rows that differ from those of an unknown map, or did before."""
+def _rows_matter(tile, across, bounds, search):  # type: ignore[no-untyped-def]
+    """Whether tolls in a tile differ from those of an unknown map, or did in the map before."""
+    row = tile // across * TILE
+    low = min(search.filled_low, bounds[0])
+    high = max(search.filled_high, bounds[1])
+    return row <= high and row + TILE > low
+
+
+@inlined
+def fill_tolls(m, price, status, bounds, changed, toll, labelled, search):  # type: ignore[no-untyped-def]
+    """Bring tolls up to date with a map: the tiles that changed, or all if it was another map.
+
+    Args:
+        m: which map. price, status, bounds, changed: see ``OccupancyGrids``.
+        toll: written. labelled: bool[T], written: False for tiles whose tolls may have changed.
+        search: SEARCH, see there.
+    """
     columns = search.columns
-    for row in range(min(search.filled_low, bounds[0]), max(search.filled_high, bounds[1]) + 1):
-        start = (row + 1) * (columns + 2) + 1
-        for col in range(columns):
-            toll[start + col] = _toll(price, status, row * columns + col, search)
-    search.filled_low = bounds[0]
-    search.filled_high = bounds[1]
+    rows = price.shape[1] // columns
+    across = (columns + TILE - 1) // TILE
+    other = m != search.loaded
+    newest = 0 if other else search.seen
+    for tile in range(labelled.shape[0]):
+        when = changed[m, tile]
+        newest = max(newest, when)
+        if when <= search.seen if not other else not _rows_matter(tile, across, bounds[m], search):
+            continue
+        labelled[tile] = False
+        left = tile % across * TILE
+        right = min(columns, left + TILE)
+        for row in range(tile // across * TILE, min(rows, tile // across * TILE + TILE)):
+            start = (row + 1) * (columns + 2) + 1
+            for col in range(left, right):
+                toll[start + col] = _toll(price[m], status[m], row * columns + col, search)
+    search.loaded = m
+    search.seen = newest
+    search.filled_low = bounds[m, 0]
+    search.filled_high = bounds[m, 1]
 
 
 @inlined
