@@ -117,14 +117,15 @@ def kernel(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """Compile a small function that kernels of the same file, or any if it is in SHARED, call.
+    """Compile a small function into the kernels of the same file, or of any if it is in SHARED.
 
     It neither makes arrays nor returns them, so Numba need not count references to those that it is
     given: the counting takes up to two fifths of the time of a search.
     """
-    return numba.njit(nogil=True, error_model="numpy", _nrt=False)(function)  # type: ignore[no-any-return]
+    compile_it = numba.njit(nogil=True, error_model="numpy", forceinline=True, _nrt=False)
+    return compile_it(function)  # type: ignore[no-any-return]
 
 
 def allocating(function: F) -> F:
-    """Compile a function as :func:`inlined` does, but one that makes arrays of its own."""
+    """Compile a function that kernels call, as :func:`inlined`, but one that makes arrays."""
     return numba.njit(nogil=True, error_model="numpy", _nrt=True)(function)  # type: ignore[no-any-return]
