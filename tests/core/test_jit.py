@@ -88,7 +88,9 @@ def test_kernels_import_constants_and_functions_from_shared_files_alone():
             node
             for node in ast.walk(tree)
             if isinstance(node, ast.FunctionDef)
-            and any(ast.unparse(d) in ("kernel", "inlined") for d in node.decorator_list)
+            and any(
+                ast.unparse(d) in ("kernel", "inlined", "allocating") for d in node.decorator_list
+            )
         ]
         used = {
             n.id
@@ -102,3 +104,19 @@ def test_kernels_import_constants_and_functions_from_shared_files_alone():
                 names = {alias.asname or alias.name for alias in node.names} & used
                 file = str(node.module).removeprefix("swarmscout.").replace(".", "/") + ".py"
                 assert not names or file in jit.SHARED, f"{path.name}: {sorted(names)}"
+
+
+def test_functions_without_counted_references_make_no_arrays():
+    # Numba refuses most, but not what another function has made it compile before.
+    makers = {"array", "arange", "argsort", "copy", "empty", "full", "ones", "sort", "zeros"}
+    for path in Path(jit.__file__).parents[1].rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and any(
+                ast.unparse(decorator) == "inlined" for decorator in node.decorator_list
+            ):
+                called = {
+                    call.func.attr
+                    for call in ast.walk(node)
+                    if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)
+                }
+                assert not called & makers, f"{path.name}: {node.name}"

@@ -57,8 +57,10 @@ class HeardSets:
 @inlined
 def _same(members, a, b, end):  # type: ignore[no-untyped-def]
     """Whether the list that begins at b and ends at `end` stands at a too."""
-    n = end - b
-    return (members[a : a + n] == members[b : b + n]).all()
+    n = 0
+    while b + n < end and members[a + n] == members[b + n]:
+        n += 1
+    return b + n == end
 
 
 @kernel

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.jit import inlined
+from swarmscout.core.jit import allocating, inlined
 from swarmscout.minds.modes import is_on_task
 
 __all__ = ["Claims", "centre", "claim_block", "crowding", "gather_claims", "own_share"]
@@ -50,7 +50,7 @@ class Claims(NamedTuple):
     across: int
 
 
-@inlined
+@allocating
 def gather_claims(heard, rules, step):  # type: ignore[no-untyped-def]
     """List the destinations that leaders claim, as last heard: each in its block and those beside.
 

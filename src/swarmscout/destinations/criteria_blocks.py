@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from swarmscout.core.enums import OCCUPIED, UNKNOWN
 from swarmscout.core.grid import GRID
-from swarmscout.core.jit import inlined
+from swarmscout.core.jit import allocating, inlined
 from swarmscout.destinations.batch import Batch
 from swarmscout.destinations.claims import centre, crowding
 from swarmscout.destinations.features import disc_half_widths
@@ -181,7 +181,7 @@ class Blocks(NamedTuple):
     crowding: NDArray[np.float64]
 
 
-@inlined
+@allocating
 def make_blocks(flat, rules):  # type: ignore[no-untyped-def]
     """Blocks of the candidates of one map.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.cells import cell_of
-from swarmscout.core.jit import inlined
+from swarmscout.core.jit import allocating, inlined
 from swarmscout.destinations.claims import centre, crowding, own_share
 from swarmscout.destinations.criteria_blocks import middle
 from swarmscout.destinations.path_lengths import NO_WAY_M
@@ -89,7 +89,7 @@ def own_claims(speakers, heard, leader, team, x_m, y_m, rules):  # type: ignore[
     return n
 
 
-@inlined
+@allocating
 def make_seeker(choice, me, members, own_x, own_y, heard, source, blocks, rules):  # type: ignore[no-untyped-def]
     """What a leader's decision depends on."""
     from_x, from_y = centre(source, rules)

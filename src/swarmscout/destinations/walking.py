@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from swarmscout.core.enums import FREE
-from swarmscout.core.jit import inlined
+from swarmscout.core.jit import allocating, inlined
 from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
 
 __all__ = ["CELL_BITS", "FAR", "begin_walk", "end_walk", "walk_on"]
@@ -46,7 +46,7 @@ def begin_walk(sources, field, queues, ends):  # type: ignore[no-untyped-def]
             ends[0, TAIL] += 1
 
 
-@inlined
+@allocating
 def walk_on(status, edge, lengths, gate, field, queues, ends, until):  # type: ignore[no-untyped-def]
     """Continue a search; afterwards all path lengths up to a limit are the least.
 

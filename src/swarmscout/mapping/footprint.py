@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.enums import FREE, OCCUPIED
-from swarmscout.core.jit import inlined, kernel
+from swarmscout.core.jit import allocating, inlined, kernel
 
 __all__ = [
     "BESIDE",
@@ -138,7 +138,7 @@ def weigh(status, crowd, row, col, rows, columns, weights, sign):  # type: ignor
     return closed, low, high
 
 
-@inlined
+@allocating
 def _nearest(mask, wanted, status, cell, rows, columns, reach):  # type: ignore[no-untyped-def]
     """The nearest cell of some kind, by a flood over others that are not occupied.
 

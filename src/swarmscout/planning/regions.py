@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.grid import GridFrame
-from swarmscout.core.jit import inlined
+from swarmscout.core.jit import allocating, inlined
 from swarmscout.mapping.occupancy import TILE
 
 __all__ = [
@@ -224,7 +224,7 @@ def _across(side, k, bounds):  # type: ignore[no-untyped-def]
     return top + k, left, top + k, left - 1
 
 
-@inlined
+@allocating
 def find_far_ways(toll, regions, goals, costs, starts, search, rows):  # type: ignore[no-untyped-def]
     """Search the regions from goals until those of all starts are reached, or no other is left.
 

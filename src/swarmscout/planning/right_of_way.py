@@ -28,13 +28,17 @@ from swarmscout.core.jit import inlined, kernel
 from swarmscout.core.segments import way_distance2
 from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
 from swarmscout.planning.neighbours import (
-    FAR,
+    ALONE,
+    JAMMED,
     MOST_NEAR,
     MOVES,
     NEIGHBOUR,
+    SECOND_LEG,
     empty_buckets,
     fill_buckets,
     look_round,
+    may_meet,
+    meets,
     turns_to,
 )
 
@@ -42,46 +46,15 @@ __all__ = ["keep_clear"]
 
 WAITS = 3
 """Largest number of steps for which a robot waits for others to pass."""
-ALONE, JAMMED, TAKEN = 0, 1, 2
 PATIENCE_STEPS = 4
 """Among others that want to drive on a robot waits for its turn, but not for ever."""
 WAIT_COST = 3.0
 MOST_DETOUR = 8.0
 """In a crowd a robot rather stays than makes a longer detour, in steps."""
-# Where beacons say that bodies nearly touch, rounding must not decide.
-CLEAR_M = 0.01
+# Sums of steps are not compared more closely than this before they are computed in full.
+ROUNDING = 1e-6
 # What it costs, in steps, to stop before a robot or a wall.
 STOP_COST = 4.0
-
-
-@inlined
-def _meets(near, x, y, dx, dy, t, rules):  # type: ignore[no-untyped-def]
-    """Whom a move from (x, y) by (dx, dy), t steps from now, comes too near to.
-
-    Returns:
-        ALONE, JAMMED (a robot that wants to drive on too) or TAKEN (one that stays).
-    """
-    apart = 2.0 * rules.radius_m + CLEAR_M
-    for n in range(near.shape[0]):
-        other = near[n]
-        if t == 0 or other.starts == FAR:
-            # Where it is now; who is too near already may drive away.
-            gap2 = way_distance2(x, y, dx, dy, other.x_m, other.y_m)
-            ex = x + dx - other.x_m
-            ey = y + dy - other.y_m
-            away = ex * dx + ey * dy > 0.0 and gap2 >= (x - other.x_m) ** 2 + (y - other.y_m) ** 2
-            if gap2 < apart * apart and not away:
-                return JAMMED if other.wants else TAKEN
-        if other.first and other.starts != FAR:
-            made = max(0, t - other.starts)
-            vx = other.dx_m if t >= other.starts else 0.0
-            vy = other.dy_m if t >= other.starts else 0.0
-            ox = other.x_m + made * other.dx_m
-            oy = other.y_m + made * other.dy_m
-            # Seen from it, this robot moves by the relative motion.
-            if way_distance2(x, y, dx - vx, dy - vy, ox, oy) < apart * apart:
-                return JAMMED
-    return ALONE
 
 
 @inlined
@@ -109,67 +82,113 @@ def _is_closed(status, route, x, y, dx, dy, step, rules):  # type: ignore[no-unt
 @inlined
 def _free_moves(status, route, near, x, y, dx, dy, start, most, step, rules):  # type: ignore[no-untyped-def]
     """How many moves by (dx, dy) are free, of at most `most`, the first one at time `start`."""
-    for m in range(most):
-        if _meets(near, x, y, dx, dy, start + m, rules) != ALONE or _is_closed(
-            status, route, x, y, dx, dy, step, rules
-        ):
+    free = most
+    for n in range(near.shape[0]):
+        if free == 0:
+            return 0
+        if not may_meet(near[n], x, y, dx, dy, start, free, rules):
+            continue
+        at_x = x
+        at_y = y
+        for m in range(free):
+            if meets(near[n], at_x, at_y, dx, dy, start + m, rules) != ALONE:
+                free = m
+                break
+            at_x += dx
+            at_y += dy
+    for m in range(free):
+        if _is_closed(status, route, x, y, dx, dy, step, rules):
             return m
         x += dx
         y += dy
-    return most
+    return free
 
 
 @inlined
-def _second_leg(status, route, near, x, y, gx, gy, start, step, rules):  # type: ignore[no-untyped-def]
-    """Steps from (x, y) to a goal (gx, gy) that lies straight ahead, more if the way is taken."""
+def _is_jammed(near, x, y, dx, dy, t, rules):  # type: ignore[no-untyped-def]
+    """Whether the first one whom a move comes too near to wants to drive on too."""
+    for n in range(near.shape[0]):
+        met = meets(near[n], x, y, dx, dy, t, rules)
+        if met != ALONE:
+            return met == JAMMED
+    return False
+
+
+@inlined
+def _second_leg(status, route, near, x, y, gx, gy, start, step, best, rules):  # type: ignore[no-untyped-def]
+    """Steps from (x, y) to a goal (gx, gy) that lies straight ahead, more if the way is taken.
+
+    Whether it is taken does not matter where the steps until `start` and these are `best` or more.
+    """
     dx = gx - x
     dy = gy - y
     away = (dx * dx + dy * dy) ** 0.5
     moves = away / rules.forward_m
-    if moves < 0.5:
+    if moves < 0.5 or start + moves >= best:
         return moves
     scale = rules.forward_m / away
-    most = min(3, int(math.ceil(moves)))
+    most = min(SECOND_LEG, int(math.ceil(moves)))
     free = _free_moves(status, route, near, x, y, dx * scale, dy * scale, start, most, step, rules)
     return moves + (STOP_COST - free if free < most else 0.0)
 
 
 @inlined
-def _best_detour(me, status, route, near, wanted, step, headings, rules):  # type: ignore[no-untyped-def]
+def _worth_trying(me, gx, gy, dx, dy, spent, best, rules):  # type: ignore[no-untyped-def]
+    """The largest number of moves after which the straight way on could still make less time."""
+    for m in range(MOVES, 0, -1):
+        rest_x = gx - (me.x_m + m * dx)
+        rest_y = gy - (me.y_m + m * dy)
+        moves = (rest_x * rest_x + rest_y * rest_y) ** 0.5 / rules.forward_m
+        if spent + m + moves < best:
+            return m
+    return 0
+
+
+@inlined
+def _best_detour(me, status, route, near, wanted, step, headings, best, rules):  # type: ignore[no-untyped-def]
     """The heading, and moves along it, that make the least time to the waypoint.
 
+    Args:
+        best: only ways that take fewer steps than this are looked for.
+
     Returns:
-        The steps it takes, infinite if there is no way; the heading in ticks; the moves.
+        The heading in ticks; the moves: 0 if there is no such way.
     """
     ticks = headings.shape[0]
-    best = math.inf
     best_heading = 0
     best_moves = 0
     gx = me.x_m + route.wish_x_m
     gy = me.y_m + route.wish_y_m
+    least = (route.wish_x_m**2 + route.wish_y_m**2) ** 0.5 / rules.forward_m - ROUNDING
     straight = turns_to(me.heading, wanted, rules.turn_ticks, ticks)
     half = ticks // (2 * rules.turn_ticks * rules.aside)
     for k in range(2 * half + 1):
         # Right before left: among equals robots keep right.
         side = -(k + 1) // 2 if k % 2 == 1 else k // 2
+        if abs(side) * rules.aside + least >= best:
+            break
         turns = straight + side * rules.aside
         heading = (me.heading + turns * rules.turn_ticks) % ticks
         turns = abs(turns_to(me.heading, heading, rules.turn_ticks, ticks))
         dx = rules.forward_m * headings[heading, 0]
         dy = rules.forward_m * headings[heading, 1]
-        free = _free_moves(status, route, near, me.x_m, me.y_m, dx, dy, turns, MOVES, step, rules)
+        before = turns + abs(side) * rules.aside
+        if before + least >= best:
+            continue
+        most = _worth_trying(me, gx, gy, dx, dy, before, best, rules)
+        free = _free_moves(status, route, near, me.x_m, me.y_m, dx, dy, turns, most, step, rules)
         for m in range(1, free + 1):
             spent = turns + m + abs(side) * rules.aside
-            time = spent + _second_leg(
-                status, route, near, me.x_m + m * dx, me.y_m + m * dy, gx, gy, spent, step, rules
-            )
+            x = me.x_m + m * dx
+            y = me.y_m + m * dy
+            time = spent + _second_leg(status, route, near, x, y, gx, gy, spent, step, best, rules)
             if time < best:
                 best, best_heading, best_moves = time, heading, m
-    return best, best_heading, best_moves
+    return best_heading, best_moves
 
 
 @inlined
-def _way_back(me, status, route, near, step, headings, rules):  # type: ignore[no-untyped-def]
+def _way_back(me, status, route, heard, around, near, step, headings, rules):  # type: ignore[no-untyped-def]
     """The heading, and moves along it, that lead out of a crowd; 0 moves: it is shut in.
 
     Who stands at the rim makes room this way for those in the middle, who cannot.
@@ -177,9 +196,9 @@ def _way_back(me, status, route, near, step, headings, rules):  # type: ignore[n
     ticks = headings.shape[0]
     out_x = 0.0
     out_y = 0.0
-    for n in range(near.shape[0]):
-        dx = me.x_m - near[n].x_m
-        dy = me.y_m - near[n].y_m
+    for j in around:
+        dx = me.x_m - heard[j].x_m
+        dy = me.y_m - heard[j].y_m
         away2 = max(dx * dx + dy * dy, rules.radius_m * rules.radius_m)
         out_x += dx / away2
         out_y += dy / away2
@@ -223,15 +242,21 @@ def _set_out(me, route, heading, moves, turn, ticks):  # type: ignore[no-untyped
 
 
 @inlined
-def _drive(me, status, route, near, i, step, headings, rules):  # type: ignore[no-untyped-def]
+def _heading_of(dx, dy, ticks):  # type: ignore[no-untyped-def]
+    """The heading toward (dx, dy), in ticks."""
+    return int(round(math.atan2(dy, dx) * ticks / (2.0 * math.pi))) % ticks
+
+
+@inlined
+def _drive(me, status, route, heard, around, near, i, step, headings, rules):  # type: ignore[no-untyped-def]
     """One robot's action; `aim` and its detour are written."""
     ticks = headings.shape[0]
     turn = rules.turn_ticks
     wx = route.wish_x_m
     wy = route.wish_y_m
     away = (wx * wx + wy * wy) ** 0.5
-    wanted = int(round(math.atan2(wy, wx) * ticks / (2.0 * math.pi))) % ticks
-    turns = turns_to(me.heading, wanted if route.course < 0 else route.course, turn, ticks)
+    course = route.course if route.course >= 0 else _heading_of(wx, wy, ticks)
+    turns = turns_to(me.heading, course, turn, ticks)
     heading = (me.heading + turns * turn) % ticks
     dx = rules.forward_m * headings[heading, 0]
     dy = rules.forward_m * headings[heading, 1]
@@ -259,7 +284,7 @@ def _drive(me, status, route, near, i, step, headings, rules):  # type: ignore[n
         # It cannot spare charge to make room: the others do.
         lost = me.still - 2 * PATIENCE_STEPS
     if free == 0 and lost >= PATIENCE_STEPS + (i + step) % PATIENCE_STEPS:
-        back, moves = _way_back(me, status, route, near, step, headings, rules)
+        back, moves = _way_back(me, status, route, heard, around, near, step, headings, rules)
         if moves > 0:
             return _set_out(me, route, back, moves, turn, ticks)
     # To drive on as far as it is free, to wait, or to turn aside?
@@ -273,22 +298,36 @@ def _drive(me, status, route, near, i, step, headings, rules):  # type: ignore[n
         start = max(abs(turns), w)
         if start + away / rules.forward_m >= time:
             break
-        if _free_moves(status, route, near, x, y, dx, dy, start, most, step, rules) == most:
+        # To turn takes as long as to wait: that is not free, as just seen.
+        if (
+            start > abs(turns)
+            and _free_moves(status, route, near, x, y, dx, dy, start, most, step, rules) == most
+        ):
             time = start + away / rules.forward_m + 0.5
             wait = w
             stay = False
             break
     patient = free == 0 and wait == 0 and me.still < PATIENCE_STEPS
-    if patient and _meets(near, x, y, dx, dy, abs(turns), rules) == JAMMED:
+    if patient and _is_jammed(near, x, y, dx, dy, abs(turns), rules):
         time = abs(turns) + away / rules.forward_m + WAIT_COST
         wait = 1
         stay = False
-    aside, other, moves = _best_detour(me, status, route, near, wanted, step, headings, rules)
-    if aside < time:
+    wanted = _heading_of(wx, wy, ticks)
+    other, moves = _best_detour(me, status, route, near, wanted, step, headings, time, rules)
+    if moves > 0:
         return _set_out(me, route, other, moves, turn, ticks)
     if turns == 0 and (stay or wait > 0):
         return STOP
     return _turn_or_drive(turns)
+
+
+@inlined
+def _look_and_drive(  # type: ignore[no-untyped-def]
+    me, status, route, heard, chain, seen, around, near, i, step, headings, rules
+):
+    """One robot's action among those that it knows near it."""
+    n, met = look_round(me, heard, chain, seen, around, near, i, step, headings, rules)
+    return _drive(me, status, route, heard, around[:n], near[:met], i, step, headings, rules)
 
 
 @kernel
@@ -301,16 +340,17 @@ def keep_clear(own, status, heard, listeners, groups, routes, headings, rules, c
         heard: BEACON[R, N]; listeners: int64[N]; groups: int64[A, 3]: see ``Knowledge``.
         routes: ROUTE[N]: the wish says where the waypoint is; detours are written.
         headings: float64[3600, 2] of (cos, sin); rules: RIGHTS[1].
-        chain: int64[buckets + N], scratch: the first robot in each bucket, all -1 between calls,
-            and the next one of each robot.
+        chain: int64[buckets], scratch: the first robot in each bucket, all -1 between calls.
         step: the current step.
         action: int64[N], written where a robot wants to drive.
     """
     rules = rules[0]
-    near = np.zeros(MOST_NEAR, dtype=NEIGHBOUR)
+    around = np.empty(MOST_NEAR + 1, dtype=np.int64)
+    near = np.empty(MOST_NEAR + 1, dtype=NEIGHBOUR)
+    seen = np.empty(own.shape[0], dtype=NEIGHBOUR)
     for a in range(groups.shape[0]):
         row = groups[a, 0]
-        fill_buckets(heard[row], chain, rules)
+        fill_buckets(heard[row], chain, seen, rules)
         for k in range(groups[a, 1], groups[a, 2]):
             i = listeners[k]
             me = own[i]
@@ -319,6 +359,18 @@ def keep_clear(own, status, heard, listeners, groups, routes, headings, rules, c
             if route.wish_x_m == 0.0 and route.wish_y_m == 0.0:
                 route.ahead = 0
                 continue
-            n = look_round(me, heard[row], chain, near, i, step, headings, rules)
-            action[i] = _drive(me, status[row], route, near[:n], i, step, headings, rules)
+            action[i] = _look_and_drive(
+                me,
+                status[row],
+                route,
+                heard[row],
+                chain,
+                seen,
+                around,
+                near,
+                i,
+                step,
+                headings,
+                rules,
+            )
         empty_buckets(heard[row], chain, rules)

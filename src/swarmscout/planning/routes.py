@@ -132,7 +132,7 @@ class Planner:
         grid["dock_m"] = vehicle.dock_m
         self._rights = _rights(frame, vehicle)
         buckets = int(self._rights[0]["bucket_rows"] * self._rights[0]["bucket_columns"])
-        self._chain = np.full(buckets + robots, -1, dtype=np.int64)
+        self._chain = np.full(buckets, -1, dtype=np.int64)
         # A robot stops within a waypoint's reach of its place, and is to charge there.
         within_m = max(frame.cell_m, charging.range_m - grid["waypoint_m"] - 0.05)
         self._places = lay_places(frame, stations_m, within_m, float(self._rules[0]["apart_m"]))

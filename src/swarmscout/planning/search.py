@@ -28,7 +28,7 @@ import numpy as np
 
 from swarmscout.core.enums import ROUTE as ROUTE_EVENT
 from swarmscout.core.events import note
-from swarmscout.core.jit import inlined, kernel
+from swarmscout.core.jit import allocating, inlined, kernel
 from swarmscout.mapping.footprint import enter, get_out
 from swarmscout.mapping.occupancy import TILE
 from swarmscout.planning.regions import find_far_ways, list_cells, region_of, way_ahead
@@ -292,7 +292,7 @@ def _list_far(routes, i, seeds, search, far):  # type: ignore[no-untyped-def]
     return n
 
 
-@inlined
+@allocating
 def _plan_part(j, region, price, toll, nodes, buckets, regions, search, routes, cells):  # type: ignore[no-untyped-def]
     """Plan the first part of a robot's route: the best way to any cell of a region.
 
@@ -320,7 +320,7 @@ def _plan_part(j, region, price, toll, nodes, buckets, regions, search, routes, 
     return length
 
 
-@inlined
+@allocating
 def _plan_far(
     i, seeds, costs, price, toll, nodes, buckets, regions, search, routes, cells, step, events
 ):  # type: ignore[no-untyped-def]

@@ -19,7 +19,7 @@ from swarmscout.comms.knowledge import Knowledge
 from swarmscout.core.enums import JOIN, LEAVE
 from swarmscout.core.enums import LEADER as LEADER_EVENT
 from swarmscout.core.events import EventLog, note
-from swarmscout.core.jit import inlined, kernel
+from swarmscout.core.jit import allocating, inlined, kernel
 from swarmscout.minds.minds import Minds
 from swarmscout.minds.modes import is_on_task
 from swarmscout.teams.parameters import TeamParameters
@@ -227,7 +227,7 @@ def _elect(own, heard, notices, i, step):  # type: ignore[no-untyped-def]
     return best
 
 
-@inlined
+@allocating
 def _pick(heard, notices, tally, step, d_join):  # type: ignore[no-untyped-def]
     """Each leader's nearest admissible partner, as a listener of these beacons finds it."""
     n = 0
