@@ -49,7 +49,7 @@ def make_costs(scenario: Scenario, cell_m: float, least: int, *, goes_home: bool
         station=STATION if by_length else 0,
         unproven=UNPROVEN if goes_home else 0,
         proven=round(1000.0 * scenario.map.free_below),
-        far_tiles=FAR_TILES,
+        far_tiles=FAR_TILES if scenario.routes.far == "parts" else 0,
     )
 
 
