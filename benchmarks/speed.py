@@ -17,7 +17,8 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from time import process_time
+from time import perf_counter, process_time
+from typing import Any
 
 import numba
 import numpy as np
@@ -49,19 +50,111 @@ def _reference(n: int) -> int:
 
 REFERENCE_STEPS = 10_000_000
 
+HEADER = (
+    "| mission | CPU seconds | units | µs per step | robot-steps per second |\n"
+    "|---|---:|---:|---:|---:|"
+)
+
+
+RECOMMENDED = "multi-criteria"
+
 
 def rows() -> list[Row]:
-    """What is measured."""
-    return [
-        Row("N = 15, one place", Scenario()),
-        Row("N = 15, one place, recorded in full", Scenario(), record=True),
-        Row("N = 15, one place, `nearest`", Scenario(destinations="nearest")),
-        Row("N = 15, one place, `paper-literal`", swarmscout.load_scenario("paper-literal")),
-        Row("N = 15, spread", Scenario(start="spread")),
-        Row("N = 100, one place", Scenario(robots=100)),
-        Row("N = 100, spread (routes dominate)", Scenario(robots=100, start="spread")),
-        Row("N = 1000, one place", Scenario(robots=1000)),
+    """What is measured in the world `lava-tube`."""
+    found = []
+    for rule in (RECOMMENDED, "quantile"):
+        for start in ("one-place", "spread"):
+            for robots in (15, 100, 1000):
+                what = f"`{rule}`, N = {robots}, {start.replace('-', ' ')}"
+                found.append(Row(what, Scenario(destinations=rule, robots=robots, start=start)))
+    found += [
+        Row(f"N = {n}, recorded in full", Scenario(destinations=RECOMMENDED, robots=n), record=True)
+        for n in (15, 1000)
     ]
+    apart = {"model": "disc", "range_m": 8.0}
+    found += [
+        Row(
+            f"N = {n}, spread, links of 8 m",
+            Scenario(destinations=RECOMMENDED, robots=n, start="spread", steps=100, radio=apart),
+        )
+        for n in (15, 100)
+    ]
+    found.append(Row("`paper-literal`, N = 15", swarmscout.load_scenario("paper-literal")))
+    return found
+
+
+def large_rows() -> list[Row]:
+    """What is measured in the world `lava-network`."""
+    return [
+        Row(
+            f"`{rule}`, N = {n:,}, {start.replace('-', ' ')}",
+            Scenario(world="lava-network", destinations=rule, robots=n, start=start, steps=steps),
+        )
+        for rule in (RECOMMENDED, "quantile")
+        for n, start, steps in (
+            (100, "spread", 300), (1000, "spread", 100), (10_000, "spread", 30),
+            (10_000, "one-place", 30),
+        )
+    ]  # fmt: skip
+
+
+PHASES = {
+    "sense": ("localization.read", "sensing.scan"),
+    "map": ("_integrate",),
+    "exchange": ("_exchange",),
+    "charge": ("_charge_and_modes",),
+    "teams": ("sizes.decide", "formation.reorganize"),
+    "destinations": ("destinations.decide",),
+    "routes": ("planner.plan",),
+    "steer": ("planner.steer",),
+    "act": ("motion.carry_out",),
+    "judge": ("_judge",),
+}
+"""Phases of a step, and the methods of a mission's parts that make them."""
+
+
+def phase_seconds(scenario: Scenario, world: swarmscout.World) -> dict[str, float]:
+    """CPU seconds of each phase of one mission; the clock's own time is counted too."""
+    mission = Mission(scenario, world=world)
+    seconds = dict.fromkeys(PHASES, 0.0)
+
+    def timed(phase: str, method: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any, **keys: Any) -> Any:
+            started = perf_counter()
+            result = method(*arguments, **keys)
+            seconds[phase] += perf_counter() - started
+            return result
+
+        return call
+
+    for phase, methods in PHASES.items():
+        for path in methods:
+            owner: Any = mission
+            *parts, name = path.split(".")
+            for part in parts:
+                owner = getattr(owner, part)
+            setattr(owner, name, timed(phase, getattr(owner, name)))
+    mission.run()
+    return seconds
+
+
+def phase_lines(world: swarmscout.World, repeats: int) -> list[str]:
+    """µs per robot-step of each phase, by number of robots."""
+    scenarios = {n: Scenario(destinations=RECOMMENDED, robots=n) for n in (15, 100, 1000)}
+    best: dict[int, dict[str, float]] = {}
+    for n, scenario in scenarios.items():
+        runs = [phase_seconds(scenario, world) for _ in range(repeats)]
+        best[n] = {phase: min(run[phase] for run in runs) for phase in PHASES}
+    lines = [
+        f"µs per robot-step of each phase (`{RECOMMENDED}`, one place, least of {repeats}):",
+        "",
+        "| phase | " + " | ".join(f"N = {n}" for n in scenarios) + " |",
+        "|---|" + "---:|" * len(scenarios),
+    ]
+    for phase in PHASES:
+        cells = (1e6 * best[n][phase] / (n * scenarios[n].steps) for n in scenarios)
+        lines.append(f"| {phase} | " + " | ".join(f"{cell:.3f}" for cell in cells) + " |")
+    return lines
 
 
 def least(run: Callable[[], float], repeats: int) -> tuple[float, float]:
@@ -103,7 +196,7 @@ def sensing_seconds(world: swarmscout.World, robots: int, steps: int) -> float:
     mission = Mission(Scenario(robots=robots), world=world)
     started = process_time()
     for step in range(1, steps + 1):
-        mission.localization.read(mission.bodies, step, mission.minds.reading)
+        mission.localization.read(mission.bodies, step, mission.minds.own)
         mission.sensing.scan(mission.bodies, step)
     return process_time() - started
 
@@ -122,25 +215,37 @@ def table(repeats: int) -> str:
         f"least CPU time of {repeats} repeats; 300 steps in the world `lava-tube`. The reference "
         f"kernel ({REFERENCE_STEPS:,} xorshift steps) took {1e3 * unit:.1f} ms: one *unit*.",
         "",
-        "| mission | CPU seconds | units | µs per step | robot-steps per second |",
-        "|---|---:|---:|---:|---:|",
+        HEADER,
     ]
-    for row in rows():
-        seconds, units = least(lambda row=row: mission_seconds(row, world), repeats)
-        steps, robots = row.scenario.steps, row.scenario.robots
-        lines.append(
-            f"| {row.what} | {seconds:.3f} | {units:.2f} | {1e6 * seconds / steps:,.0f} "
-            f"| {robots * steps / seconds:,.0f} |"
-        )
-    lines += ["", *irsim_lines(world, repeats)]
+    lines += [line_of(row, world, repeats) for row in rows()]
+    lines += ["", *phase_lines(world, repeats), "", *irsim_lines(world, repeats)]
+    network = load_world("lava-network")
+    lines += [
+        "",
+        "In the world `lava-network` (once each; to make the mission is not counted):",
+        "",
+        HEADER,
+        *(line_of(row, network, 1) for row in large_rows()),
+    ]
     return "\n".join(lines) + "\n"
+
+
+def line_of(row: Row, world: swarmscout.World, repeats: int) -> str:
+    """A line of the table."""
+    seconds, units = least(lambda: mission_seconds(row, world), repeats)
+    steps, robots = row.scenario.steps, row.scenario.robots
+    return (
+        f"| {row.what} | {seconds:.3f} | {units:.2f} | {1e6 * seconds / steps:,.0f} "
+        f"| {robots * steps / seconds:,.0f} |"
+    )
 
 
 def irsim_lines(world: swarmscout.World, repeats: int) -> list[str]:
     """Sensing alone beside IR-SIM, both measured in this run."""
     robots, steps = 15, 60
     ours = least(lambda: sensing_seconds(world, robots, 20 * steps), repeats)[0] / 20
-    whole = least(lambda: mission_seconds(Row("", Scenario()), world), repeats)[0]
+    recommended = Row("", Scenario(destinations=RECOMMENDED))
+    whole = least(lambda: mission_seconds(recommended, world), repeats)[0]
     whole_rate = 300 * robots / whole
     theirs = irsim_sensing_seconds(robots, steps, repeats)
     if theirs is None:
