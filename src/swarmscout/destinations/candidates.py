@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -178,21 +179,26 @@ class Candidates:
 
         Ways lead back and forth, so one search answers for all robots whose places it reaches.
         """
-        flat, ear = self.of_map(row).flat, self._knowledge.ear
-        listeners = (ear == row).nonzero()[0]
-        own, frame = self._minds.own[listeners], self._knowledge.grids.frame
+        places = self._places
+        for routed, met in self._reached.setdefault(row, []):
+            if met[robot]:
+                return routed
+        flat, grids = self.of_map(row).flat, self._knowledge.grids
+        entries = np.concatenate((self.of_map(row).entries, grids.entries(row, places)))
+        reached = self._planner.connects(grids, row, int(places[robot]), entries)
+        # Wherever a robot is, it is there already.
+        reached[np.concatenate((flat, places)) == places[robot]] = True
+        # Of robots that read another map it says nothing.
+        met = reached[len(flat) :] & (self._knowledge.ear == row)
+        self._reached[row].append((reached[: len(flat)], met))
+        return self._reached[row][-1][0]
+
+    @cached_property
+    def _places(self) -> NDArray[np.int64]:
+        """int64[N], the cells in which robots believe to be."""
+        own, frame = self._minds.own, self._knowledge.grids.frame
         at = frame.cells_of(np.column_stack((own["x_m"], own["y_m"])))
         at[:, 0].clip(0, frame.rows - 1, out=at[:, 0])
         at[:, 1].clip(0, frame.columns - 1, out=at[:, 1])
-        places = at[:, 0] * frame.columns + at[:, 1]
-        mine = int(np.searchsorted(listeners, robot))
-        for routed, met in self._reached.setdefault(row, []):
-            if met[mine]:
-                return routed
-        grids = self._knowledge.grids
-        entries = np.concatenate((self.of_map(row).entries, grids.entries(row, places)))
-        reached = self._planner.connects(grids, row, int(places[mine]), entries)
-        # Wherever a robot is, it is there already.
-        reached[np.concatenate((flat, places)) == places[mine]] = True
-        self._reached[row].append((reached[: len(flat)], reached[len(flat) :]))
-        return self._reached[row][-1][0]
+        places: NDArray[np.int64] = at[:, 0] * frame.columns + at[:, 1]
+        return places
