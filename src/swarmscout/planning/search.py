@@ -30,7 +30,7 @@ from swarmscout.core.enums import ROUTE as ROUTE_EVENT
 from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import enter, get_out
-from swarmscout.planning.route_table import STATION
+from swarmscout.planning.route_table import STATION, by_goal
 from swarmscout.planning.search_memory import BUCKETS
 from swarmscout.planning.tolls import fill_tolls, padded, toll_standing
 
@@ -76,10 +76,8 @@ def _take(nodes, buckets, cell):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _way_out(cell, width, box, straight, diagonal, least):  # type: ignore[no-untyped-def]
+def _way_out(row, col, box, straight, diagonal, least):  # type: ignore[no-untyped-def]
     """The least that a way from a cell to the nearest cell of a box can cost."""
-    row = cell // width
-    col = cell - row * width
     dr = max(box[0] - row, 0, row - box[1])
     dc = max(box[2] - col, 0, col - box[3])
     low = min(dr, dc)
@@ -95,10 +93,10 @@ def _flags(node, now):  # type: ignore[no-untyped-def]
 @inlined
 def _seed(nodes, buckets, seeds, costs, box, width, search):  # type: ignore[no-untyped-def]
     """Queue the seeds at their costs; returns the first bucket and the number of open cells."""
-    least = search.base + search.least
+    straight, diagonal, least = search.straight, search.diagonal, search.base + search.least
     current = 1 << 40
     for a in range(seeds.shape[0]):
-        out = _way_out(seeds[a], width, box, search.straight, search.diagonal, least)
+        out = _way_out(seeds[a] // width, seeds[a] % width, box, straight, diagonal, least)
         current = min(current, (costs[a] + out) >> search.bits)
     n = 0
     for a in range(seeds.shape[0]):
@@ -111,7 +109,7 @@ def _seed(nodes, buckets, seeds, costs, box, width, search):  # type: ignore[no-
             n -= 1
         nodes[seed].mark = (search.count << FLAG_BITS) | flags | REACHED | OPEN | SEED
         nodes[seed].cost = costs[a]
-        out = _way_out(seed, width, box, search.straight, search.diagonal, least)
+        out = _way_out(seed // width, seed % width, box, straight, diagonal, least)
         _put(nodes, buckets, seed, (costs[a] + out) >> search.bits, current)
         n += 1
     return current, n
@@ -150,6 +148,8 @@ def _spread(toll, nodes, buckets, seeds, costs, waiting, box, search):  # type: 
                 continue
         here = abs(here)
         walls = 0
+        row = cell // width
+        col = cell - row * width
         for d in range(8):
             new = cell + ROW_STEP[d] * width + COL_STEP[d]
             price = toll[new]
@@ -173,7 +173,8 @@ def _spread(toll, nodes, buckets, seeds, costs, waiting, box, search):  # type: 
                     n += 1
                 near.mark = (now << FLAG_BITS) | (flags & ~SEED) | REACHED | OPEN
                 near.cost = total
-                f = total + _way_out(new, width, box, straight, diagonal, least)
+                new_row, new_col = row + ROW_STEP[d], col + COL_STEP[d]
+                f = total + _way_out(new_row, new_col, box, straight, diagonal, least)
                 _put(nodes, buckets, new, f >> bits, current)
     while n > 0:
         cell = buckets[current & (BUCKETS - 1)]
@@ -222,17 +223,13 @@ def _read_off(price, toll, nodes, search, start, route):  # type: ignore[no-unty
 
 
 @inlined
-def _start_all(nodes, routes, i, search, box):  # type: ignore[no-untyped-def]
-    """Mark the starts of all robots that share i's map and goal; returns how many cells."""
+def _start_all(nodes, routes, group, search, box):  # type: ignore[no-untyped-def]
+    """Mark the starts of all robots of a group; returns how many cells."""
     width = search.columns + 2
     waiting = 0
     box[0], box[1], box[2], box[3] = 1 << 60, -1, 1 << 60, -1
-    for j in range(i, routes.shape[0]):
-        route = routes[j]
-        if route.need != 1 or route.wanted != routes[i].wanted or route.map != routes[i].map:
-            continue
-        route.need = 2
-        start = padded(route.here, search.columns)
+    for i in group:
+        start = padded(routes[i].here, search.columns)
         if not _flags(nodes[start], search.count) & START:
             nodes[start].mark = (search.count << FLAG_BITS) | START
             waiting += 1
@@ -244,41 +241,36 @@ def _start_all(nodes, routes, i, search, box):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _read_all(price, toll, nodes, routes, cells, i, search, step, events):  # type: ignore[no-untyped-def]
+def _read_all(price, toll, nodes, routes, cells, group, search, step, events):  # type: ignore[no-untyped-def]
     """Read off the routes of all robots that the running search was for."""
-    goal = routes[i].wanted
-    for j in range(i, routes.shape[0]):
-        route = routes[j]
-        if route.need != 2:
-            continue
-        route.need = 3 if goal == STATION else 0
-        route.goal = goal
+    for i in group:
+        route = routes[i]
+        route.need = 0
+        route.goal = route.wanted
         route.at = 0
         start = padded(route.here, search.columns)
         length = -1
         if _flags(nodes[start], search.count) & SETTLED:
-            length, end, route.way_mm = _read_off(price, toll, nodes, search, start, cells[j])
+            length, end, route.way_mm = _read_off(price, toll, nodes, search, start, cells[i])
             route.end = end - 2 * (end // (search.columns + 2)) - search.columns - 1
         route.length = max(length, 0)
         route.cost = nodes[start].cost if length >= 0 else -1
         route.failed_until = 0 if length >= 0 else step + 10
-        note(events, ROUTE_EVENT, j, length, max(goal, STATION))
+        note(events, ROUTE_EVENT, i, length, max(route.goal, STATION))
 
 
 @inlined
-def _name_docks(routes, docks, status, queues, rows, columns, reach):  # type: ignore[no-untyped-def]
-    """Let ways to a station that were just read off end at the dock that the last cell is for."""
-    for route in routes:
-        if route.need != 3:
-            continue
-        route.need = 0
+def _name_docks(routes, group, docks, entries, queues):  # type: ignore[no-untyped-def]
+    """Let ways to a station end at the dock that the last cell is for."""
+    for i in group:
+        route = routes[i]
         if route.cost < 0:
             continue
         dock = route.end
         least = 1 << 62
         for d in range(docks.shape[0]):
             queue = queues[docks[d, 1]]
-            if queue < least and enter(status, docks[d, 0], rows, columns, reach) == route.end:
+            if queue < least and entries[d] == route.end:
                 dock = docks[d, 0]
                 least = queue
         route.end = dock
@@ -305,39 +297,46 @@ def plan_routes(  # type: ignore[no-untyped-def]
     search = state[0]
     box = np.empty(4, dtype=np.int64)
     seeds = np.empty(max(1, docks.shape[0]), dtype=np.int64)
+    costs = np.zeros(max(1, docks.shape[0]), dtype=np.int64)
+    entries = np.empty(docks.shape[0], dtype=np.int64)
     columns = search.columns
     rows = price.shape[1] // columns
-    costs = np.zeros(max(1, docks.shape[0]), dtype=np.int64)
     loaded = -1
-    for i in range(routes.shape[0]):
-        if routes[i].need == 1 and (routes[i].wanted <= STATION) == search.home:
-            own_status = status[routes[i].map]
-            routes[i].here = get_out(own_status, routes[i].here, rows, columns, reach[1])
-    for i in range(routes.shape[0]):
+    robots, groups = by_goal(routes, search.home)
+    for i in robots:
+        m = routes[i].map
+        routes[i].here = get_out(status[m], routes[i].here, rows, columns, reach[1])
+    for g in range(groups.shape[0]):
+        group = robots[groups[g, 0] : groups[g, 1]]
+        i = group[0]
         goal = routes[i].wanted
-        if routes[i].need != 1 or (goal <= STATION) != search.home:
-            continue
         m = routes[i].map
         if m != loaded:
+            if loaded >= 0:
+                toll_standing(price[loaded], status[loaded], toll, standing[loaded], search, 0)
             fill_tolls(price[m], status[m], bounds[m], toll, search)
+            toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
+            for d in range(docks.shape[0] if search.home else 0):
+                entries[d] = enter(status[m], docks[d, 0], rows, columns, reach[0])
             loaded = m
-        toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
         search.count += 2
-        waiting = _start_all(nodes, routes, i, search, box)
+        waiting = _start_all(nodes, routes, group, search, box)
         n = 0
         for d in range(docks.shape[0] if goal <= STATION else 1):
-            seed = docks[d, 0] if goal <= STATION else goal
+            seed = (
+                entries[d] if goal <= STATION else enter(status[m], goal, rows, columns, reach[0])
+            )
             other = goal < STATION and docks[d, 1] != STATION - 1 - goal
-            seed = enter(status[m], seed, rows, columns, reach[0])
             if seed >= 0 and not other:
                 seeds[n] = padded(seed, columns)
                 costs[n] = queues[m, docks[d, 1]] if goal == STATION else 0
                 n += 1
         _spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
-        _read_all(price[m], toll, nodes, routes, cells, i, search, step, events)
+        _read_all(price[m], toll, nodes, routes, cells, group, search, step, events)
         if goal == STATION:
-            _name_docks(routes, docks, status[m], queues[m], rows, columns, reach[0])
-        toll_standing(price[m], status[m], toll, standing[m], search, 0)
+            _name_docks(routes, group, docks, entries, queues[m])
+    if loaded >= 0:
+        toll_standing(price[loaded], status[loaded], toll, standing[loaded], search, 0)
 
 
 @kernel
