@@ -74,6 +74,7 @@ fly()
 for name in selectors():
     fly(destinations=name)
 fly(destinations="nearest", start="spread", teams={"leave_rule": "general", "position": "center"})
+fly(destinations="multi-criteria", teams={"position": "center"})  # Asked with views.
 for name in policies():
     fly(teams={"policy": name})
 for links in (None, lambda step: np.eye(6, k=step % 3, dtype=bool)):

@@ -20,7 +20,7 @@ KERNELS = [
     for path in sorted((SOURCE / room).rglob("*.py"))
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
     if isinstance(node, ast.FunctionDef)
-    and any(ast.unparse(d) in ("kernel", "inlined") for d in node.decorator_list)
+    and any(ast.unparse(d) in ("kernel", "inlined", "allocating") for d in node.decorator_list)
 ]
 SHARED_SEARCH = {"_start_all", "_read_all"}
 """One search serves all robots with the same map and goal; each still gets a route of its own."""

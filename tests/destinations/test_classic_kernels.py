@@ -18,6 +18,9 @@ for name in selectors():
     scenario = Scenario(destinations=name, robots=6, steps=40)
     Mission(scenario, world=small_world(1)).run()
     Mission(scenario, world=small_world(1), links=lambda _: np.eye(6, k=1, dtype=bool)).run()
+# With a negative weight it is asked with views.
+apart = Scenario(destinations="multi-criteria", selector={"apart": -1.0}, robots=6, steps=40)
+Mission(apart, world=small_world(1)).run()
 fan = Scenario.model_validate({"robots": 6, "steps": 40, "teams": {"members": "fan"}})
 Mission(fan, world=small_world(1)).run()
 found = {n: [str(s) for s in k.signatures] for n, k in kernels.items() if ".destinations." in n}

@@ -1,4 +1,4 @@
-"""Routes that lead far are planned in parts: they get there, and are hardly longer than the best."""
+"""Routes that lead far are planned in parts: they get there, and are hardly longer than others."""
 
 from __future__ import annotations
 

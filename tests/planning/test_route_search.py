@@ -24,7 +24,7 @@ from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import Minds, blank_minds
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.places import dock_cells
-from swarmscout.planning.route_table import LONGEST, STATION
+from swarmscout.planning.route_table import LONGEST, STATION, blank_routes, by_goal
 from swarmscout.planning.routes import LONG_STILL_STEPS, Planner, Vehicle
 
 MODEL = InverseSensorModel(
@@ -370,3 +370,20 @@ def test_cells_that_are_certainly_free_still_cost_something(rule: str) -> None:
     planner.plan(minds, knowledge_of(minds, grids), 1, EventLog(1))
     assert planner.table.ahead(0).tolist()[-1:] == [19]
     assert planner.table.state["cost"][0] > 0
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 2), st.integers(-4, 3), st.booleans()), max_size=20))
+def test_robots_that_share_a_map_and_a_goal_are_grouped_in_order(
+    asks: list[tuple[int, int, bool]],
+) -> None:
+    routes = blank_routes(len(asks)).state
+    for route, (m, goal, needs) in zip(routes, asks, strict=True):
+        route["map"], route["wanted"], route["need"] = m, goal, needs
+    for home in (False, True):
+        wanted: dict[tuple[int, int], list[int]] = {}
+        for i, (m, goal, needs) in enumerate(asks):
+            if needs and (goal <= STATION) == home:
+                wanted.setdefault((m, goal), []).append(i)
+        robots, groups = by_goal(routes, home)
+        assert [robots[begin:end].tolist() for begin, end in groups] == list(wanted.values())

@@ -42,10 +42,12 @@ SHARED = (
     "mapping/occupancy.py",
     "minds/given_up.py",
     "minds/modes.py",
+    "planning/far_routes.py",
     "planning/neighbours.py",
     "planning/regions.py",
     "planning/route_table.py",
     "planning/search_memory.py",
+    "planning/spread.py",
     "planning/tolls.py",
     "worlds/meshes/tiles.py",
 )

@@ -25,18 +25,18 @@ OFFERS = np.dtype(
 
 
 @inlined
-def is_offered(cell, avoided, given_up, rules, step):  # type: ignore[no-untyped-def]
+def is_offered(cell, cells, places, rules, step):  # type: ignore[no-untyped-def]
     """Whether a robot does not avoid a cell in a step.
 
     Args:
         cell: flat.
-        avoided: int64[32, 2], given_up: GIVEN_UP[256]: the robot's own, see ``Minds``.
+        cells: int64[32, 2], `avoided`, and places: GIVEN_UP[256]: the robot's own, see ``Minds``.
         rules: a record with `columns` and `place_cells`; step: the current step.
     """
-    if avoided_until(given_up, place_of(cell, rules)) >= step:
+    if avoided_until(places, place_of(cell, rules)) >= step:
         return False
-    for a in range(avoided.shape[0]):
-        if avoided[a, 0] == cell and avoided[a, 1] >= step:
+    for a in range(cells.shape[0]):
+        if cells[a, 0] == cell and cells[a, 1] >= step:
             return False
     return True
 
@@ -55,41 +55,41 @@ def _count_in_place(status, place, rules):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def count_offered(status, frontiers, avoided, given_up, rules, step):  # type: ignore[no-untyped-def]
+def count_offered(status, frontiers, cells, places, rules, step):  # type: ignore[no-untyped-def]
     """How many frontier cells of its map a robot does not avoid.
 
     Args:
         status: uint8[C'], of one map; frontiers: how many frontier cells it has.
-        avoided, given_up, rules, step: see :func:`is_offered`.
+        cells, places, rules, step: see :func:`is_offered`.
     """
     n = frontiers
-    for at in range(given_up.shape[0]):
-        if given_up[at].place >= 0 and given_up[at].until >= step:
-            n -= _count_in_place(status, given_up[at].place, rules)
-    for a in range(avoided.shape[0]):
-        cell = avoided[a, 0]
+    for at in range(places.shape[0]):
+        if places[at].place >= 0 and places[at].until >= step:
+            n -= _count_in_place(status, places[at].place, rules)
+    for a in range(cells.shape[0]):
+        cell = cells[a, 0]
         if (
-            avoided[a, 1] < step
+            cells[a, 1] < step
             or not status[cell] & FRONTIER
-            or avoided_until(given_up, place_of(cell, rules)) >= step
+            or avoided_until(places, place_of(cell, rules)) >= step
         ):
             continue
         again = False
         for b in range(a):
-            again = again or (avoided[b, 0] == cell and avoided[b, 1] >= step)
+            again = again or (cells[b, 0] == cell and cells[b, 1] >= step)
         n -= not again
     return n
 
 
 @inlined
-def keeps_doubting(flat, routed, given_up, rules):  # type: ignore[no-untyped-def]
+def keeps_doubting(flat, routed, places, rules):  # type: ignore[no-untyped-def]
     """Whether a candidate that is not closed for good has no route.
 
     Args:
         flat: int64[F], candidates; routed: bool[F], whether a route leads there.
-        given_up: GIVEN_UP[256], the robot's own; rules: see :func:`is_offered`.
+        places: GIVEN_UP[256], `given_up`, the robot's own; rules: see :func:`is_offered`.
     """
     for f in range(flat.shape[0]):
-        if not routed[f] and avoided_until(given_up, place_of(flat[f], rules)) < FOR_GOOD:
+        if not routed[f] and avoided_until(places, place_of(flat[f], rules)) < FOR_GOOD:
             return True
     return False

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
@@ -25,7 +24,8 @@ from swarmscout.core.grid import GridFrame
 from swarmscout.core.recorder import Decision
 from swarmscout.core.tracebacks import describe_error
 from swarmscout.destinations.asking import Ask, AskingSelector, TalkCounts, settle
-from swarmscout.destinations.batch import Batch, BatchSelector, Outcome
+from swarmscout.destinations.batch import BatchSelector
+from swarmscout.destinations.batching import Batching
 from swarmscout.destinations.candidates import Candidates
 from swarmscout.destinations.dispersal import FAN, fan_out
 from swarmscout.destinations.features import Scratch
@@ -138,11 +138,10 @@ class Destinations:
             setting.seed, setting.centre, len(setting.headings), setting.silence_steps
         )
         self._scratch = Scratch(setting.frame)
-        self._kept: dict[Hashable, Any] = {}
-        self._batch_rule: BatchSelector | None = None
-        if isinstance(selector, BatchSelector) and task.explores and not setting.centre:
-            self._batch_rule = selector if selector.chooses_in_batches() else None
         self._rules = _record(RENEWAL, setting, renewal, task)
+        self._batching = Batching(
+            self._views, self._rules, needs_views=not task.explores or setting.centre
+        )
         self._fan = None
         if dispersal.members == "fan":
             self._fan = _record(FAN, setting, renewal, task)
@@ -183,9 +182,10 @@ class Destinations:
         leaders += self._answered(minds, step, leaders)
         if leaders:
             candidates = self._candidates(minds, knowledge, planner, marks, step)
-            if self._batch_rule is not None:
+            rule = self._batching.rule(self.selector)
+            if rule is not None:
                 decisions = self._decide_in_batches(
-                    self._batch_rule, leaders, minds, knowledge, candidates, step
+                    rule, leaders, minds, knowledge, candidates, step
                 )
             else:
                 views = LeaderViews(minds, knowledge, planner, self._views, candidates, step)
@@ -250,15 +250,9 @@ class Destinations:
         step: int,
     ) -> list[Decision]:
         """Let the rule choose for all leaders of a map in one call."""
-        rows: dict[int, list[int]] = {}
-        for robot, row in zip(leaders, knowledge.ear[leaders].tolist(), strict=True):
-            rows.setdefault(row, []).append(robot)
-        outcomes: dict[int, Outcome] = {}
-        for row, robots in rows.items():
-            if len(candidates.of_map(row).flat):
-                batch = self._batch(row, robots, minds, knowledge, candidates, step)
-                memories = [self.memories[robot] for robot in robots]
-                outcomes.update(zip(robots, rule.choose_batch(batch, memories), strict=True))
+        outcomes = self._batching.outcomes(
+            rule, leaders, self.memories, minds, knowledge, candidates, step
+        )
         decisions = []
         for robot in leaders:
             outcome = outcomes.get(robot)
@@ -271,36 +265,6 @@ class Destinations:
             grids = knowledge.grids.view(int(knowledge.ear[robot]))
             decisions.append(self._apply(asked, outcome.choice, me, grids, step))
         return decisions
-
-    def _batch(
-        self,
-        row: int,
-        robots: list[int],
-        minds: Minds,
-        knowledge: Knowledge,
-        candidates: Candidates,
-        step: int,
-    ) -> Batch:
-        heard, notices = knowledge.heard[row], knowledge.notices
-        noticed = ((notices["step"] == step) & (heard["step"] == step)).nonzero()[0]
-        teams = notices["team"][noticed]
-        order = np.argsort(teams, kind="stable")
-        routed, mask = candidates.masks(row, robots)
-        return Batch(
-            step=step,
-            seed=self._views.seed,
-            leaders=np.array(robots),
-            minds=minds,
-            heard=heard,
-            teams=np.stack((teams[order], noticed[order])),
-            frontiers=candidates.of_map(row),
-            routed=routed,
-            mask=mask,
-            ticks=self._views.ticks,
-            silence_steps=self._views.silence_steps,
-            place_cells=int(self._rules["place_cells"][0]),
-            kept=self._kept,
-        )
 
     def _candidates(
         self,

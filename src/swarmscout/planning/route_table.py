@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.jit import inlined
+from swarmscout.core.jit import allocating, inlined
 
 __all__ = [
     "BUMPS",
@@ -18,6 +18,7 @@ __all__ = [
     "WAITS",
     "RouteTable",
     "blank_routes",
+    "by_goal",
     "station_goal",
 ]
 
@@ -82,6 +83,42 @@ def station_goal(me):  # type: ignore[no-untyped-def]
     if me.place == WAITS:
         return NOWHERE
     return STATION if me.station < 0 else STATION - 1 - me.station
+
+
+@allocating
+def by_goal(routes, home):  # type: ignore[no-untyped-def]
+    """The robots that ask for a route, those that share a map and a goal together.
+
+    Args:
+        routes: ROUTE[N]; home: whether those to stations are asked for, or those to cells.
+
+    Returns:
+        int64[n], the robots, in order within each group; int64[groups, 2], where each group begins
+        and ends, in the order of their first robots.
+    """
+    robots = np.empty(routes.shape[0], dtype=np.int64)
+    keys = np.empty(routes.shape[0], dtype=np.int64)
+    n = 0
+    for i in range(routes.shape[0]):
+        if routes[i].need == 1 and (routes[i].wanted <= STATION) == home:
+            robots[n] = i
+            keys[n] = (routes[i].map << 32) + routes[i].wanted
+            n += 1
+    order = np.argsort(keys[:n], kind="mergesort")
+    begins = np.full(n, -1, dtype=np.int64)
+    for k in range(n):
+        if k == 0 or keys[order[k]] != keys[order[k - 1]]:
+            begins[order[k]] = k
+    groups = np.empty((n, 2), dtype=np.int64)
+    found = 0
+    for begin in begins:
+        if begin >= 0:
+            end = begin + 1
+            while end < n and keys[order[end]] == keys[order[begin]]:
+                end += 1
+            groups[found] = begin, end
+            found += 1
+    return robots[order], groups[:found]
 
 
 @dataclass(slots=True)

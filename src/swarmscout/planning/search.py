@@ -13,13 +13,10 @@ and one search serves all that ask in the same step. Routes are then read off in
 directions among *all* optimal ones, so a route depends on map, start and goal, and not on who else
 asked.
 
-Most of a large swarm's time is spent here. So cells wait in buckets of nearly equal cost instead of
-a heap: within a bucket they come in any order, and one that turns out cheaper after it was settled
-is settled again. Once all buckets up to the farthest robot's are empty, every cost up to there is
-the least.
+Routes that lead far are planned in parts (``far_routes``), all others as a whole.
 
-Sources: Hart, Nilsson, Raphael (1968), "A formal basis for the heuristic determination of minimum
-cost paths"; Dial (1969), "Algorithm 360: shortest-path forest with topological ordering".
+Source: Hart, Nilsson, Raphael (1968), "A formal basis for the heuristic determination of minimum
+cost paths".
 """
 
 from __future__ import annotations
@@ -28,217 +25,25 @@ import numpy as np
 
 from swarmscout.core.enums import ROUTE as ROUTE_EVENT
 from swarmscout.core.events import note
-from swarmscout.core.jit import allocating, inlined, kernel
+from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import enter, get_out
-from swarmscout.mapping.occupancy import TILE
-from swarmscout.planning.regions import find_far_ways, list_cells, region_of, way_ahead
-from swarmscout.planning.route_table import STATION
-from swarmscout.planning.search_memory import BUCKETS
+from swarmscout.planning.far_routes import plan_far
+from swarmscout.planning.route_table import STATION, by_goal
+from swarmscout.planning.spread import FLAG_BITS, SETTLED, START, flags_of, read_off, spread
 from swarmscout.planning.tolls import fill_tolls, padded, toll_standing
 
 __all__ = ["plan_routes", "route_cost_field"]
 
-# Flags of a node in the running search; the search's number stands above them.
-REACHED, SETTLED, START, OPEN, SEED = 1, 2, 4, 8, 16
-FLAG_BITS = 5
-
-AHEAD = 4
-"""A part of a route leads so many regions on."""
-
-DIAGONAL_FIRST = 4
-# Orthogonal neighbours first, then diagonal ones: the fixed order among equally good routes.
-ROW_STEP = np.array([0, 1, 0, -1, 1, 1, -1, -1], dtype=np.int64)
-COL_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1], dtype=np.int64)
-# Which orthogonal neighbours (as bits) a diagonal move passes between.
-BETWEEN = np.array([0, 0, 0, 0, 0b0011, 0b0110, 0b1100, 0b1001], dtype=np.int64)
-
 
 @inlined
-def _put(nodes, buckets, cell, bucket, current):  # type: ignore[no-untyped-def]
-    """Queue a cell; what is too far ahead waits in the last bucket."""
-    slot = min(bucket, current + BUCKETS - 1) & (BUCKETS - 1)
-    first = buckets[slot]
-    node = nodes[cell]
-    node.before = -1 - slot
-    node.after = first
-    node.bucket = bucket
-    if first >= 0:
-        nodes[first].before = cell
-    buckets[slot] = cell
-
-
-@inlined
-def _take(nodes, buckets, cell):  # type: ignore[no-untyped-def]
-    """Remove a cell from its bucket."""
-    before = nodes[cell].before
-    after = nodes[cell].after
-    if before >= 0:
-        nodes[before].after = after
-    else:
-        buckets[-1 - before] = after
-    if after >= 0:
-        nodes[after].before = before
-
-
-@inlined
-def _way_out(cell, width, box, straight, diagonal, least):  # type: ignore[no-untyped-def]
-    """The least that a way from a cell to the nearest cell of a box can cost."""
-    row = cell // width
-    col = cell - row * width
-    dr = max(box[0] - row, 0, row - box[1])
-    dc = max(box[2] - col, 0, col - box[3])
-    low = min(dr, dc)
-    return (low * diagonal + (max(dr, dc) - low) * straight) * 2 * least
-
-
-@inlined
-def _flags(node, now):  # type: ignore[no-untyped-def]
-    """The flags of a cell in search number `now`."""
-    return node.mark & ((1 << FLAG_BITS) - 1) if node.mark >> FLAG_BITS == now else 0
-
-
-@inlined
-def _seed(nodes, buckets, seeds, costs, box, width, search):  # type: ignore[no-untyped-def]
-    """Queue the seeds at their costs; returns the first bucket and the number of open cells."""
-    least = search.base + search.least
-    current = 1 << 40
-    for a in range(seeds.shape[0]):
-        out = _way_out(seeds[a], width, box, search.straight, search.diagonal, least)
-        current = min(current, (costs[a] + out) >> search.bits)
-    n = 0
-    for a in range(seeds.shape[0]):
-        seed = seeds[a]
-        flags = _flags(nodes[seed], search.count)
-        if flags & OPEN:
-            if nodes[seed].cost <= costs[a]:
-                continue
-            _take(nodes, buckets, seed)
-            n -= 1
-        nodes[seed].mark = (search.count << FLAG_BITS) | flags | REACHED | OPEN | SEED
-        nodes[seed].cost = costs[a]
-        out = _way_out(seed, width, box, search.straight, search.diagonal, least)
-        _put(nodes, buckets, seed, (costs[a] + out) >> search.bits, current)
-        n += 1
-    return current, n
-
-
-@inlined
-def _spread(toll, nodes, buckets, seeds, costs, waiting, box, search):  # type: ignore[no-untyped-def]
-    """Settle cells from the seeds until `waiting` starts, and all that cost no more, are."""
-    straight, diagonal, bits = search.straight, search.diagonal, search.bits
-    least, now, width = search.base + search.least, search.count, search.columns + 2
-    current, n = _seed(nodes, buckets, seeds, costs, box, width, search)
-    bound = -1
-    while n > 0:
-        cell = buckets[current & (BUCKETS - 1)]
-        if cell < 0:
-            current += 1
-            continue
-        if waiting <= 0 and current > bound:
-            break
-        _take(nodes, buckets, cell)
-        node = nodes[cell]
-        if node.bucket > current:
-            _put(nodes, buckets, cell, node.bucket, current)
-            continue
-        n -= 1
-        flags = node.mark
-        node.mark = (flags | SETTLED) & ~OPEN
-        cost = node.cost
-        here = toll[cell]
-        if flags & START:
-            if not flags & SETTLED:
-                waiting -= 1
-            bound = max(bound, cost >> bits)
-            if here < 0:
-                # A robot may leave a closed cell, but no route leads through it.
-                continue
-        here = abs(here)
-        walls = 0
-        for d in range(8):
-            new = cell + ROW_STEP[d] * width + COL_STEP[d]
-            price = toll[new]
-            near = nodes[new]
-            flags = _flags(near, now)
-            if price < 0:
-                walls |= 1 << d
-                if not flags & START:
-                    continue
-                price = -price
-            length = straight
-            if d >= DIAGONAL_FIRST:
-                if walls & BETWEEN[d]:
-                    continue
-                length = diagonal
-            total = cost + length * (here + price)
-            if not flags & REACHED or total < near.cost:
-                if flags & OPEN:
-                    _take(nodes, buckets, new)
-                else:
-                    n += 1
-                near.mark = (now << FLAG_BITS) | (flags & ~SEED) | REACHED | OPEN
-                near.cost = total
-                f = total + _way_out(new, width, box, straight, diagonal, least)
-                _put(nodes, buckets, new, f >> bits, current)
-    while n > 0:
-        cell = buckets[current & (BUCKETS - 1)]
-        while cell >= 0:
-            cell = nodes[cell].after
-            n -= 1
-        buckets[current & (BUCKETS - 1)] = -1
-        current += 1
-
-
-@inlined
-def _read_off(price, toll, nodes, search, start, route):  # type: ignore[no-untyped-def]
-    """Follow optimal moves from a settled start to a seed.
-
-    Returns:
-        The number of cells (-1: there is no way), the seed, and the length in mm, of which what is
-        not known to be free counts twice.
-    """
-    now, width = search.count, search.columns + 2
-    n = 0
-    way_mm = 0
-    cell = start
-    while not nodes[cell].mark & SEED:
-        here = abs(toll[cell])
-        walls = 0
-        for d in range(8):
-            new = cell + ROW_STEP[d] * width + COL_STEP[d]
-            if toll[new] < 0:
-                walls |= 1 << d
-                continue
-            if walls & BETWEEN[d] or not _flags(nodes[new], now) & REACHED:
-                continue
-            length = search.diagonal if d >= DIAGONAL_FIRST else search.straight
-            if nodes[new].cost + length * (here + toll[new]) == nodes[cell].cost:
-                cell = new
-                break
-        else:
-            return -1, cell, 0
-        row = cell // width
-        flat = (row - 1) * (width - 2) + cell - row * width - 1
-        way_mm += length if price[flat] < search.proven else 2 * length
-        if n < route.shape[0]:
-            route[n] = flat
-        n += 1
-    return n, cell, way_mm
-
-
-@inlined
-def _start_all(nodes, routes, i, search, box):  # type: ignore[no-untyped-def]
-    """Mark the starts of all robots that share i's map and goal; returns how many cells."""
+def _start_all(nodes, routes, group, search, box):  # type: ignore[no-untyped-def]
+    """Mark the starts of all robots of a group; returns how many cells."""
     width = search.columns + 2
     waiting = 0
     box[0], box[1], box[2], box[3] = 1 << 60, -1, 1 << 60, -1
-    for j in range(i, routes.shape[0]):
-        route = routes[j]
-        if route.need != 1 or route.wanted != routes[i].wanted or route.map != routes[i].map:
-            continue
-        route.need = 2
-        start = padded(route.here, search.columns)
-        if not _flags(nodes[start], search.count) & START:
+    for i in group:
+        start = padded(routes[i].here, search.columns)
+        if not flags_of(nodes[start], search.count) & START:
             nodes[start].mark = (search.count << FLAG_BITS) | START
             waiting += 1
         box[0] = min(box[0], start // width)
@@ -249,146 +54,37 @@ def _start_all(nodes, routes, i, search, box):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _read_all(price, toll, nodes, routes, cells, i, search, step, events):  # type: ignore[no-untyped-def]
+def _read_all(price, toll, nodes, routes, cells, group, search, step, events):  # type: ignore[no-untyped-def]
     """Read off the routes of all robots that the running search was for."""
-    goal = routes[i].wanted
-    for j in range(i, routes.shape[0]):
-        route = routes[j]
-        if route.need != 2:
-            continue
-        route.need = 3 if goal == STATION else 0
-        route.goal = goal
+    for i in group:
+        route = routes[i]
+        route.need = 0
+        route.goal = route.wanted
         route.at = 0
         start = padded(route.here, search.columns)
         length = -1
-        if _flags(nodes[start], search.count) & SETTLED:
-            length, end, route.way_mm = _read_off(price, toll, nodes, search, start, cells[j])
+        if flags_of(nodes[start], search.count) & SETTLED:
+            length, end, route.way_mm = read_off(price, toll, nodes, search, start, cells[i])
             route.end = end - 2 * (end // (search.columns + 2)) - search.columns - 1
         route.length = max(length, 0)
         route.kept = min(route.length, cells.shape[1])
         route.cost = nodes[start].cost if length >= 0 else -1
         route.failed_until = 0 if length >= 0 else step + 10
-        note(events, ROUTE_EVENT, j, length, max(goal, STATION))
+        note(events, ROUTE_EVENT, i, length, max(route.goal, STATION))
 
 
 @inlined
-def _list_far(routes, i, seeds, search, far):  # type: ignore[no-untyped-def]
-    """List the robots that share i's map and goal and are far from all seeds; returns how many."""
-    width = search.columns + 2
-    n = 0
-    for j in range(i, routes.shape[0]):
-        route = routes[j]
-        if route.need != 1 or route.wanted != routes[i].wanted or route.map != routes[i].map:
-            continue
-        here = padded(route.here, search.columns)
-        least = 1 << 40
-        for seed in seeds:
-            rows = abs(seed // width - here // width)
-            cols = abs(seed % width - here % width)
-            least = min(least, max(rows, cols))
-        if least >= search.far * TILE // 2:
-            far[n] = j
-            n += 1
-    return n
-
-
-@allocating
-def _plan_part(j, region, price, toll, nodes, buckets, regions, search, routes, cells):  # type: ignore[no-untyped-def]
-    """Plan the first part of a robot's route: the best way to any cell of a region.
-
-    Returns:
-        The number of cells on it, -1: there is none.
-    """
-    columns = search.columns
-    rows = price.shape[0] // columns
-    width = columns + 2
-    seeds = np.empty(TILE * TILE, dtype=np.int64)
-    n = list_cells(region, regions, rows, columns, seeds)
-    for k in range(n):
-        seeds[k] = padded(seeds[k], columns)
-    search.count += 2
-    start = padded(routes[j].here, columns)
-    nodes[start].mark = (search.count << FLAG_BITS) | START
-    row = start // width
-    box = np.array([row, row, start - row * width, start - row * width], dtype=np.int64)
-    costs = np.zeros(n, dtype=np.int64)
-    _spread(toll, nodes, buckets, seeds[:n], costs, 1, box, search)
-    if not _flags(nodes[start], search.count) & SETTLED:
-        return -1
-    length, _, routes[j].way_mm = _read_off(price, toll, nodes, search, start, cells[j])
-    routes[j].cost = nodes[start].cost
-    return length
-
-
-@allocating
-def _plan_far(
-    i, seeds, costs, price, toll, nodes, buckets, regions, search, routes, cells, step, events
-):  # type: ignore[no-untyped-def]
-    """Plan parts of routes for the robots with i's map and goal to which the goal is far.
-
-    The others, and those whose part has no way, still need a route.
-    """
-    columns = search.columns
-    rows = price.shape[0] // columns
-    goal = routes[i].wanted
-    far = np.empty(routes.shape[0] - i, dtype=np.int64)
-    far = far[: _list_far(routes, i, seeds, search, far)]
-    if far.shape[0] == 0:
-        return
-    goals = np.empty(seeds.shape[0], dtype=np.int64)
-    for g in range(seeds.shape[0]):
-        row = seeds[g] // (columns + 2)
-        goals[g] = (row - 1) * columns + seeds[g] - row * (columns + 2) - 1
-    starts = np.empty(far.shape[0], dtype=np.int64)
-    for k in range(far.shape[0]):
-        starts[k] = routes[far[k]].here
-    find_far_ways(toll, regions, goals, costs, starts, search, rows)
-    now = search.count
-    for j in far:
-        route = routes[j]
-        region = region_of(route.here, toll, regions, rows, columns)
-        if region < 0 or regions.reached[region] != now:
-            continue
-        ahead, tiles, rest_mm = way_ahead(region, AHEAD, regions, search)
-        if tiles <= search.far:
-            continue
-        length = 0
-        if cells.shape[1] > 1:
-            length = _plan_part(
-                j, ahead, price, toll, nodes, buckets, regions, search, routes, cells
-            )  # fmt: skip
-            if length < 0:
-                continue
-            route.cost += regions.cost[ahead]
-            route.way_mm += rest_mm
-        else:
-            # The way is measured, not driven.
-            _, _, route.way_mm = way_ahead(region, 0, regions, search)
-            route.cost = regions.cost[region]
-        route.need = 0
-        route.goal = goal
-        route.at = 0
-        route.end = -1
-        route.kept = min(length, cells.shape[1])
-        route.length = length + (tiles - AHEAD) * TILE
-        route.failed_until = 0
-        note(events, ROUTE_EVENT, j, route.length, max(goal, STATION))
-
-
-@inlined
-def _name_docks(routes, docks, status, queues, rows, columns, reach):  # type: ignore[no-untyped-def]
-    """Let ways to a station that were just read off end at the dock that the last cell is for."""
-    for route in routes:
-        if route.need != 3:
-            continue
-        route.need = 0
+def _name_docks(routes, group, docks, entries, queues):  # type: ignore[no-untyped-def]
+    """Let ways to a station end at the dock that the last cell is for."""
+    for i in group:
+        route = routes[i]
         if route.cost < 0:
             continue
         dock = route.end
         least = 1 << 62
         for d in range(docks.shape[0]):
             queue = queues[docks[d, 1]]
-            if queue < least and enter(status, docks[d, 0], rows, columns, reach) == route.end:
+            if queue < least and entries[d] == route.end:
                 dock = docks[d, 0]
                 least = queue
         route.end = dock
@@ -416,48 +112,54 @@ def plan_routes(  # type: ignore[no-untyped-def]
     search = state[0]
     box = np.empty(4, dtype=np.int64)
     seeds = np.empty(max(1, docks.shape[0]), dtype=np.int64)
+    costs = np.zeros(max(1, docks.shape[0]), dtype=np.int64)
+    entries = np.empty(docks.shape[0], dtype=np.int64)
     columns = search.columns
     rows = price.shape[1] // columns
-    costs = np.zeros(max(1, docks.shape[0]), dtype=np.int64)
     loaded = -1
-    for i in range(routes.shape[0]):
-        if routes[i].need == 1 and (routes[i].wanted <= STATION) == search.home:
-            own_status = status[routes[i].map]
-            routes[i].here = get_out(own_status, routes[i].here, rows, columns, reach[1])
-    for i in range(routes.shape[0]):
+    robots, groups = by_goal(routes, search.home)
+    for i in robots:
+        m = routes[i].map
+        routes[i].here = get_out(status[m], routes[i].here, rows, columns, reach[1])
+    for g in range(groups.shape[0]):
+        group = robots[groups[g, 0] : groups[g, 1]]
+        i = group[0]
         goal = routes[i].wanted
-        if routes[i].need != 1 or (goal <= STATION) != search.home:
-            continue
         m = routes[i].map
         if m != loaded:
+            if loaded >= 0:
+                toll_standing(price[loaded], status[loaded], toll, standing[loaded], search, 0)
             fill_tolls(m, price, status, bounds, changed, toll, regions.labelled, search)
+            toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
+            for d in range(docks.shape[0] if search.home else 0):
+                entries[d] = enter(status[m], docks[d, 0], rows, columns, reach[0])
             loaded = m
-        toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
         n = 0
         for d in range(docks.shape[0] if goal <= STATION else 1):
-            seed = docks[d, 0] if goal <= STATION else goal
+            seed = (
+                entries[d] if goal <= STATION else enter(status[m], goal, rows, columns, reach[0])
+            )
             other = goal < STATION and docks[d, 1] != STATION - 1 - goal
-            seed = enter(status[m], seed, rows, columns, reach[0])
             if seed >= 0 and not other:
                 seeds[n] = padded(seed, columns)
                 costs[n] = queues[m, docks[d, 1]] if goal == STATION else 0
                 n += 1
-        search.count += 2
         if search.far > 0:
-            _plan_far(
-                i, seeds[:n], costs, price[m], toll, nodes, buckets, regions, search, routes, cells,
-                step, events,
+            left = plan_far(
+                group, seeds[:n], costs, price[m], toll, nodes, buckets, regions, search, routes,
+                cells, step, events,
             )  # fmt: skip
-            search.count += 2
-        waiting = _start_all(nodes, routes, i, search, box)
-        if waiting == 0:
-            toll_standing(price[m], status[m], toll, standing[m], search, 0)
-            continue
-        _spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
-        _read_all(price[m], toll, nodes, routes, cells, i, search, step, events)
+            group = group[:left]
+            if left == 0:
+                continue
+        search.count += 2
+        waiting = _start_all(nodes, routes, group, search, box)
+        spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
+        _read_all(price[m], toll, nodes, routes, cells, group, search, step, events)
         if goal == STATION:
-            _name_docks(routes, docks, status[m], queues[m], rows, columns, reach[0])
-        toll_standing(price[m], status[m], toll, standing[m], search, 0)
+            _name_docks(routes, group, docks, entries, queues[m])
+    if loaded >= 0:
+        toll_standing(price[loaded], status[loaded], toll, standing[loaded], search, 0)
 
 
 @kernel
@@ -494,7 +196,7 @@ def route_cost_field(  # type: ignore[no-untyped-def]
         if targets[t] < 0:
             continue
         cell = padded(targets[t], search.columns)
-        if not _flags(nodes[cell], search.count) & START:
+        if not flags_of(nodes[cell], search.count) & START:
             nodes[cell].mark = (search.count << FLAG_BITS) | START
             waiting += 1
     waiting = min(waiting, at_most)
@@ -502,10 +204,10 @@ def route_cost_field(  # type: ignore[no-untyped-def]
     box = np.array([0, price.shape[1], 0, price.shape[1]], dtype=np.int64)
     seeds = np.array([padded(start, search.columns)], dtype=np.int64)
     if waiting > 0:
-        _spread(toll, nodes, buckets, seeds, np.zeros(1, dtype=np.int64), waiting, box, search)
+        spread(toll, nodes, buckets, seeds, np.zeros(1, dtype=np.int64), waiting, box, search)
     for t in range(targets.shape[0]):
         found[t] = -1
         if targets[t] >= 0:
             node = nodes[padded(targets[t], search.columns)]
-            if _flags(node, search.count) & SETTLED:
+            if flags_of(node, search.count) & SETTLED:
                 found[t] = node.cost
