@@ -106,8 +106,7 @@ def test_numbers_by_which_kernels_find_something(mission: Mission, name: str, va
     "name",
     [
         "knowledge.ear", "knowledge.rows", "knowledge.listeners", "knowledge.groups",
-        "knowledge.versions", "knowledge.grids.bounds", "knowledge.grids.counts",
-        "log.length", "log.dropped",
+        "knowledge.versions", "log.length", "log.dropped",
     ],
 )  # fmt: skip
 def test_where_robots_find_what_they_know(mission: Mission, name: str, value: int) -> None:
@@ -118,6 +117,25 @@ def test_where_robots_find_what_they_know(mission: Mission, name: str, value: in
         mission.step()
     array[...] = before
     mission.step()
+
+
+@pytest.mark.parametrize("value", [-2, 10**6, -(2**62), 2**62])
+@pytest.mark.parametrize("name", ["bounds", "counts"])
+def test_numbers_of_the_maps(mission: Mission, name: str, value: int) -> None:
+    array = getattr(mission.knowledge.grids, name)
+    before = array.copy()
+    array[...] = value
+    with pytest.raises(ScenarioError, match=rf"mission.knowledge.grids.{name} holds {value}"):
+        mission.step()
+    array[...] = before
+    mission.step()
+
+
+def test_a_map_with_more_frontiers_than_are_counted(mission: Mission) -> None:
+    count = len(mission.map.frontiers())
+    mission.knowledge.grids.status[...] = 4
+    mission.knowledge.grids.bounds[...] = 0, mission.frame.rows - 1
+    assert len(mission.map.frontiers()) == count < mission.frame.size
 
 
 def test_evidence_is_read_only_between_steps(mission: Mission) -> None:

@@ -31,7 +31,7 @@ class HandCheck:
 
     Comparing bytes with those that the last step left costs less than a hundredth of a step;
     what was written is looked at only if they differ. Bodies and minds may be changed within
-    limits, and the numbers by which robots find what they know may not be changed at all.
+    limits; the numbers by which robots find what they know may not be changed at all.
 
     Args:
         world: where bodies must be. cells: how many cells a map has.
@@ -43,6 +43,7 @@ class HandCheck:
         self, world: World, cells: int, stations: int, bodies: Bodies, minds: Minds
     ) -> None:
         self._world = world
+        self._cells = cells
         robots = len(minds)
         self._ranges = {
             "leader": (0, robots - 1, "a robot"),
@@ -81,6 +82,17 @@ class HandCheck:
                     f"mission.{name} was changed by hand: it says where robots find what they "
                     "know; put it right"
                 )
+        grids = knowledge.grids
+        for name, numbers, low, high in (
+            ("bounds", grids.bounds, -1, grids.frame.rows),
+            ("counts", grids.counts, 0, self._cells),
+        ):
+            used = numbers[knowledge.rows]
+            if used.min() < low or used.max() > high:
+                raise ScenarioError(
+                    f"mission.knowledge.grids.{name} holds {used.min()} to {used.max()}: "
+                    f"expected {low} to {high}"
+                )
 
     def after(self, bodies: Bodies, minds: Minds, knowledge: Knowledge, log: EvidenceLog) -> None:
         """Remember what the step left: its own changes keep to the rules."""
@@ -118,8 +130,6 @@ def _kept(knowledge: Knowledge, log: EvidenceLog) -> dict[str, NDArray[np.int64]
     """The arrays by which robots find what they know, by name: for the mission alone to write."""
     names = ("ear", "rows", "listeners", "groups", "versions")
     return {f"knowledge.{name}": getattr(knowledge, name) for name in names} | {
-        "knowledge.grids.bounds": knowledge.grids.bounds,
-        "knowledge.grids.counts": knowledge.grids.counts,
         "log.length": log.length,
         "log.dropped": log.dropped,
     }
