@@ -7,6 +7,7 @@ import shlex
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from swarmscout.cli.app import app, main
@@ -114,7 +115,9 @@ def test_the_commands_of_a_page_work_in_order(page: Path, clone: Path) -> None:
     write_plug_ins(page, clone)
     shutil.copy("examples/maps/rooms.yaml", "warehouse.yaml")
     shutil.copy("examples/maps/rooms.png", "rooms.png")
-    (clone / "plan.csv").write_text("0,0,0,0\n0,1,1,0\n0,1,1,0\n0,0,0,0\n", "utf-8")
+    walls = np.ones((40, 40), dtype=int)
+    walls[2:-2, 2:-2] = 0
+    np.savetxt("plan.csv", walls, fmt="%d", delimiter=",")
     cave = ["worlds", "generate", "tube", "--length", "40", "--mesh"]
     for file in ("cave.ply", "darpa_cave_01.ply"):
         assert main([*cave, file, "--out", f"worlds/{file}"]) == 0
