@@ -10,7 +10,7 @@ BIN := $(VENV)/bin
 # Folder with extra worlds for the tests; they are skipped with a reason where it is not set.
 export SWARMSCOUT_EXTRA_WORLDS ?=
 
-.PHONY: demo test test-llm fuzz-llm fuzz-fan package test-wheel test-pythons test-quick mutants benchmark charging results clean
+.PHONY: demo test test-llm fuzz-llm fuzz-fan package test-wheel test-pythons test-quick test-bounds mutants benchmark charging results clean
 
 # A small mission, so that it takes two or three minutes; no time limit changes a decision. One thread
 # a server: several would spin while they wait for each other on a busy machine.
@@ -68,6 +68,11 @@ test-pythons:
 
 test-quick: $(VENV)/developed
 	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not local_llm"
+
+# The quick tests with kernels that check their indices; for example BOUNDS='tests/planning'.
+BOUNDS ?= -m "not slow and not local_llm"
+test-bounds: $(VENV)/developed
+	NUMBA_BOUNDSCHECK=1 $(BIN)/pytest -n 2 --dist worksteal $(BOUNDS)
 
 # Mutation testing, see tests/mutation/run.py; for example MUTANTS='--rooms comms,teams --sample 5'.
 MUTANTS ?= --sample 10

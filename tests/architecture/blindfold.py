@@ -271,6 +271,7 @@ def garble_unheard(
     for name in ("team", "leader", "destination"):
         mission.minds.own[name][unheard[::2]] = mission.minds.own[name][i]
     log = mission.log
+    log.allow_writing(True)
     reached = after.knowledge.versions[after.knowledge.ear[listeners]].max(axis=0)
     for j in range(ROBOTS):
         first, length = max(0, int(reached[j] - log.dropped[j])), int(log.length[j])

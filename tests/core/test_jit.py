@@ -2,6 +2,7 @@
 
 import ast
 import importlib.util
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -49,6 +50,40 @@ def test_a_damaged_cache_is_rebuilt(load, tmp_path, kind, damage):
     again = load()
     assert again(4) == 8
     assert sum(again.stats.cache_hits.values()) == 1
+
+
+FIRST = """
+import numpy
+from swarmscout.core.jit import kernel
+
+@kernel
+def at(x, i):
+    return x[i]
+
+print(at(numpy.arange(3), 2), at.stats.cache_hits.total(), at.stats.cache_misses.total())
+try:
+    print(at(numpy.arange(3), 3) is None)
+except IndexError as error:
+    print(error)
+"""
+
+
+def test_kernels_that_check_their_indices_are_cached_apart(tmp_path):
+    file = tmp_path / "first.py"
+    file.write_text(FIRST, encoding="utf-8")
+
+    def printed(checks):
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+        environment["NUMBA_BOUNDSCHECK"] = checks
+        done = subprocess.run(
+            [sys.executable, str(file)], env=environment, capture_output=True, text=True, check=True
+        )
+        return done.stdout.splitlines()
+
+    assert printed("0") == ["2 0 1", "False"]
+    assert printed("1") == ["2 0 1", "index is out of bounds"]
+    assert printed("1") == ["2 1 0", "index is out of bounds"]
+    assert printed("0") == ["2 1 0", "False"]
 
 
 def test_a_full_disk_is_named_with_the_cure(tmp_path):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from swarmscout.cli.app import app, main
@@ -54,7 +54,18 @@ def clone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def run_all(page: Path, shorten: Callable[[list[str]], list[str]]) -> None:
+def shorten(words: list[str]) -> list[str]:
+    """The same command as a short mission or a small study."""
+    if words[0] == "explore" and "--help" not in words and "--steps" not in words:
+        return [*words, "--steps", "60"]
+    if words[0] == "study":
+        return [*words, "--trials", "2", "--jobs", "1"]
+    if words[0] == "reproduce":
+        return [*words, "--caves", "1", "--jobs", "1"]
+    return words
+
+
+def run_all(page: Path) -> None:
     for command in commands(page):
         if WAITS.search(command):
             continue
@@ -71,15 +82,48 @@ def test_the_commands_of_the_readme_work_in_order(clone: Path) -> None:
     # The page starts with the run of `make demo`.
     assert main(["explore", "--steps", "60", "--quiet"]) == 0
 
-    def shorten(words: list[str]) -> list[str]:
-        if words[0] == "explore" and "--help" not in words and "--steps" not in words:
-            return [*words, "--steps", "60"]
-        if words[0] == "study":
-            return [*words, "--trials", "2", "--jobs", "1"]
-        if words[0] == "reproduce":
-            return [*words, "--caves", "1", "--jobs", "1"]
-        return words
-
-    run_all(ROOT / "README.md", shorten)
+    run_all(ROOT / "README.md")
     for file in ("runs/mine.html", "runs/mine.gif", "worlds/cave/world.png", "runs/again/map.png"):
         assert (clone / file).is_file(), file
+
+
+# Pages whose commands ask a language model, of a server or of one that must be installed first.
+MODELS = ("llm.md",)
+OWN_FILE = re.compile(r"\b(\w+\.py):(\w+)")
+
+
+def write_plug_ins(page: Path, folder: Path) -> None:
+    """The files that a page's commands name, from its own blocks; one of README's for all."""
+    blocks = [b for p in (ROOT / "README.md", page) for _, b in BLOCK.findall(p.read_text("utf-8"))]
+    files: dict[str, set[str]] = {}
+    for name, made in OWN_FILE.findall("\n".join(commands(page))):
+        files.setdefault(name, set()).update(
+            b for b in blocks if re.search(rf"^class {made}\b", b, flags=re.MULTILINE)
+        )
+    for name, found in files.items():
+        assert found, f"{page.name} does not define what is in {name}"
+        (folder / name).write_text("\n".join(found), "utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "page",
+    [p for p in PAGES[1:] if commands(p) and p.name not in MODELS],
+    ids=lambda page: page.name,
+)
+def test_the_commands_of_a_page_work_in_order(page: Path, clone: Path) -> None:
+    write_plug_ins(page, clone)
+    shutil.copy("examples/maps/rooms.yaml", "warehouse.yaml")
+    shutil.copy("examples/maps/rooms.png", "rooms.png")
+    walls = np.ones((40, 40), dtype=int)
+    walls[2:-2, 2:-2] = 0
+    np.savetxt("plan.csv", walls, fmt="%d", delimiter=",")
+    cave = ["worlds", "generate", "tube", "--length", "40", "--mesh"]
+    for file in ("cave.ply", "darpa_cave_01.ply"):
+        assert main([*cave, file, "--out", f"worlds/{file}"]) == 0
+    for run in ("mine", "lava-tube-quantile-n15-s0", "lava-tube-nearest-n15-s0"):
+        assert main(["explore", "--steps", "60", "--quiet", "--out", f"runs/{run}"]) == 0
+    toml = [b for n, b in BLOCK.findall(page.read_text("utf-8")) if n == "toml"]
+    if page.name == "studies.md":
+        (clone / "my-study.toml").write_text(toml[0], "utf-8")
+    run_all(page)

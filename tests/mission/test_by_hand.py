@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -84,6 +85,80 @@ def test_minds_that_point_nowhere(mission: Mission, name: str, value: int) -> No
         mission.step()
     column[:] = before
     mission.step()
+
+
+NUMBERS = ("partner", "place", "station", "mode", "cause", "heading", "aim")
+
+
+@pytest.mark.parametrize("value", [-(2**62), -100, 10**6, 2**40, 2**62])
+@pytest.mark.parametrize("name", NUMBERS)
+def test_numbers_by_which_kernels_find_something(mission: Mission, name: str, value: int) -> None:
+    before = mission.minds.own[name][1]
+    mission.minds.own[name][1] = value
+    with pytest.raises(ScenarioError, match=rf"minds.*{name}.*\[1\] = {value}: expected"):
+        mission.step()
+    mission.minds.own[name][1] = before
+    mission.step()
+
+
+@pytest.mark.parametrize("value", [-1, 10**6, -(2**62), 2**62])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "knowledge.ear", "knowledge.rows", "knowledge.listeners", "knowledge.groups",
+        "knowledge.versions", "log.length", "log.dropped",
+    ],
+)  # fmt: skip
+def test_where_robots_find_what_they_know(mission: Mission, name: str, value: int) -> None:
+    array = attrgetter(name)(mission)
+    before = array.copy()
+    array[...] = value
+    with pytest.raises(ScenarioError, match=f"mission.{name} was changed by hand"):
+        mission.step()
+    array[...] = before
+    mission.step()
+
+
+@pytest.mark.parametrize("value", [-2, 10**6, -(2**62), 2**62])
+@pytest.mark.parametrize("name", ["bounds", "counts"])
+def test_numbers_of_the_maps(mission: Mission, name: str, value: int) -> None:
+    array = getattr(mission.knowledge.grids, name)
+    before = array.copy()
+    array[...] = value
+    with pytest.raises(ScenarioError, match=rf"mission.knowledge.grids.{name} holds {value}"):
+        mission.step()
+    array[...] = before
+    mission.step()
+
+
+def test_a_map_with_more_frontiers_than_are_counted(mission: Mission) -> None:
+    count = len(mission.map.frontiers())
+    mission.knowledge.grids.status[...] = 4
+    mission.knowledge.grids.bounds[...] = 0, mission.frame.rows - 1
+    assert len(mission.map.frontiers()) == count < mission.frame.size
+
+
+def test_evidence_is_read_only_between_steps(mission: Mission) -> None:
+    for _ in range(2):
+        for array in (mission.log.cells, mission.log.increments):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 10**6
+        mission.step()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("own", np.zeros(3)),
+        ("avoided_next", np.zeros(3, dtype=np.int32)),
+        ("avoided", np.zeros((3, 1, 2), dtype=np.int64)),
+        ("given_up", np.zeros((3, 256))),
+    ],
+)
+def test_other_arrays_of_minds(mission: Mission, name: str, value: Any) -> None:
+    setattr(mission.minds, name, value)
+    with pytest.raises(ScenarioError, match=rf"mission.minds.{name} is .*, expected"):
+        mission.step()
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,9 @@ Each kernel is cached on disk, has one signature (a test asserts it) and calls n
 file. Numba's own cache does not notice a change in another file; constants and inlined functions
 that kernels import come from the files in :data:`SHARED`, which this cache watches too. No
 ``fastmath`` and no ``parallel``: bits agree across processors and thread counts.
+
+With ``NUMBA_BOUNDSCHECK=1`` an index outside an array is an ``IndexError`` instead of undefined
+behaviour. Kernels that check are slower, and cached beside the others.
 """
 
 from __future__ import annotations
@@ -74,9 +77,10 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
         own_stamp = self._impl.locator.get_source_stamp()
+        checked = ".checked" if numba.config.BOUNDSCHECK else ""
         self._cache_file = IndexDataCacheFile(
             cache_path=self._cache_path,
-            filename_base=self._impl.filename_base,
+            filename_base=self._impl.filename_base + checked,
             source_stamp=(own_stamp, _shared_stamp()),
         )
 

@@ -47,6 +47,10 @@ class EvidenceLog:
         end: NDArray[np.int64] = self.dropped + self.length
         return end
 
+    def allow_writing(self, allowed: bool) -> None:
+        """Whether entries may be written; between steps they may not, see ``HandCheck``."""
+        self.cells.flags.writeable = self.increments.flags.writeable = allowed
+
     def make_room(self, oldest: NDArray[np.int64]) -> None:
         """Before a scan: drop what all robots have, and make room for one more scan of each.
 

@@ -171,7 +171,7 @@ def collect_frontiers(words, bounds, columns, size, found):  # type: ignore[no-u
     """
     n = 0
     any_frontier = np.uint64(0x0404040404040404)
-    first = bounds[0] * columns // 8
+    first = max(0, bounds[0] * columns // 8)
     last = min((bounds[1] + 1) * columns // 8 + 1, words.shape[0])
     for w in range(first, last):
         word = words[w] & any_frontier
@@ -179,6 +179,8 @@ def collect_frontiers(words, bounds, columns, size, found):  # type: ignore[no-u
             continue
         for b in range(8):
             if word & (np.uint64(4) << np.uint64(8 * b)) and 8 * w + b < size:
+                if n == found.shape[0]:  # Somebody wrote into the map.
+                    return n
                 found[n] = 8 * w + b
                 n += 1
     return n

@@ -148,7 +148,9 @@ class Mission:
         self.decisions: list[Decision] = []
         self.step_number = 0
         self.end_reason: str | None = None
-        self._hand_check = HandCheck(ground, self.frame.size)
+        self._hand_check = HandCheck(
+            ground, self.frame.size, len(self.stations_m), self.bodies, self.minds
+        )
         given = {"links": links, "model": model}
         self.by_hand = tuple(name for name, value in given.items() if value is not None)
         self._recorder = recorder
@@ -276,7 +278,8 @@ class Mission:
     def _begin(self) -> None:
         if self.done:
             raise ScenarioError(f"the mission is over: {self.end_reason}")
-        self._hand_check.before(self.bodies, self.minds)
+        self._hand_check.before(self.bodies, self.minds, self.knowledge, self.log)
+        self.log.allow_writing(True)
         self.step_number += 1
         self.events.clear()
 
@@ -323,9 +326,10 @@ class Mission:
     def _judge(self, links: Links, since: NDArray[np.int64], started: float) -> None:
         """Count what the step achieved, and hand it to the recorder."""
         bodies, minds = self.bodies, self.minds
-        self._hand_check.after(bodies, minds)
+        self._hand_check.after(bodies, minds, self.knowledge, self.log)
         self.judge.judge_robots(bodies, minds, self.action, self.events)
         changes = self.judge.judge_map(self.log, since, self.swarm)
+        self.log.allow_writing(False)
         self.end_reason = self._why_over()
         if self._recorder is not None:
             seconds = {"step": perf_counter() - started, "decide": self.destinations.seconds}

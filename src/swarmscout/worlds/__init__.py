@@ -13,8 +13,6 @@ from swarmscout.worlds.catalogue import load_world, named_worlds
 from swarmscout.worlds.checks import check_world
 from swarmscout.worlds.folder import load_folder, save_world
 from swarmscout.worlds.meshes.mesh import Mesh
-from swarmscout.worlds.meshes.tube_mesh import tube_mesh
-from swarmscout.worlds.meshes.writing import write_mesh
 from swarmscout.worlds.placement import place_robots, place_stations
 from swarmscout.worlds.reachability import reachable
 from swarmscout.worlds.tube import generate_tube
@@ -23,6 +21,8 @@ from swarmscout.worlds.world import World
 
 if TYPE_CHECKING:
     from swarmscout.worlds.meshes.importing import import_mesh
+    from swarmscout.worlds.meshes.tube_mesh import tube_mesh
+    from swarmscout.worlds.meshes.writing import write_mesh
 
 __all__ = [
     "Mesh",
@@ -45,10 +45,13 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Load the importer of meshes when it is first used: it brings kernels with it."""
-    if name != "import_mesh":
-        raise AttributeError(f"module 'swarmscout.worlds' has no attribute '{name}'")
-    from swarmscout.worlds.meshes.importing import import_mesh
+_OF_MESHES = {"import_mesh": "importing", "tube_mesh": "tube_mesh", "write_mesh": "writing"}
 
-    return import_mesh
+
+def __getattr__(name: str) -> Any:
+    """Load what meshes need when it is first used: most missions need none of it."""
+    if name not in _OF_MESHES:
+        raise AttributeError(f"module 'swarmscout.worlds' has no attribute '{name}'")
+    from importlib import import_module
+
+    return getattr(import_module(f"swarmscout.worlds.meshes.{_OF_MESHES[name]}"), name)

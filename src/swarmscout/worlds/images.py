@@ -5,17 +5,19 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageOps
 
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds.arrays import first_line, world_from_array
 from swarmscout.worlds.resampling import check_length, check_size, refined
 from swarmscout.worlds.values import free_by_value
 from swarmscout.worlds.world import World
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 __all__ = ["IMAGE_SUFFIXES", "UNKNOWN_GREY", "Pixels", "load_image", "read_image"]
 
@@ -133,6 +135,8 @@ def read_image(path: Path) -> Pixels:
     Raises:
         WorldError: the file is missing, damaged, not an image, too large, or has several pages.
     """
+    from PIL import Image, ImageOps  # Most missions read no image.
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)

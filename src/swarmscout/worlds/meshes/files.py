@@ -1,32 +1,28 @@
-"""Triangles of a mesh file of any supported format, and what its tags say."""
+"""Triangles of a mesh file of any supported format, and what its tags say.
+
+Every mission imports this module for the list of formats; the readers are imported by who reads.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError
 from swarmscout.core.extras import install_command
-from swarmscout.worlds.meshes.formats.collada import read_collada
-from swarmscout.worlds.meshes.formats.gltf import read_gltf
-from swarmscout.worlds.meshes.formats.obj import read_obj
-from swarmscout.worlds.meshes.formats.off import read_off
-from swarmscout.worlds.meshes.formats.ply import read_ply
-from swarmscout.worlds.meshes.formats.stl import read_stl
-from swarmscout.worlds.meshes.polygons import Polygons, triangulated
+
+if TYPE_CHECKING:
+    from swarmscout.worlds.meshes.polygons import Polygons
 
 __all__ = ["MESH_SUFFIXES", "MeshFile", "check_mesh_extra", "read_mesh_file"]
 
 MESH_SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
-_PLAIN: dict[str, Callable[[bytes], Polygons]] = {
-    ".obj": read_obj, ".off": read_off, ".ply": read_ply, ".stl": read_stl,
-}  # fmt: skip
 _MOST_TRIANGLES = 50_000_000
 
 
@@ -73,16 +69,10 @@ def read_mesh_file(path: Path) -> MeshFile:
         raise WorldError(f"cannot read the mesh '{path}': {error.strerror or error}") from None
     if not packed:
         raise WorldError(f"cannot read the mesh '{path}': the file is empty, it has 0 bytes")
-    up_tag: str | None = None
-    unit_m: float | None = None
+    from swarmscout.worlds.meshes.polygons import triangulated
+
     try:
-        if suffix in _PLAIN:
-            polygons = _PLAIN[suffix](packed)
-        elif suffix == ".dae":
-            polygons, up_tag, unit_m = read_collada(packed)
-        else:
-            polygons = read_gltf(packed, path.parent, suffix[1:].upper())
-            up_tag, unit_m = "y", 1.0  # The format has no other.
+        polygons, up_tag, unit_m = _polygons(packed, suffix, path.parent)
         if not len(polygons.counts):
             raise WorldError(_without_surface(polygons, suffix))
         if int(polygons.counts.sum()) - 2 * len(polygons.counts) > _MOST_TRIANGLES:
@@ -92,6 +82,26 @@ def read_mesh_file(path: Path) -> MeshFile:
         raise WorldError(f"cannot read the mesh '{path}': {error}") from None
     sha256 = hashlib.sha256(packed).hexdigest()
     return MeshFile(polygons.vertices, triangles, up_tag, unit_m, sha256, crossing)
+
+
+def _polygons(
+    packed: bytes, suffix: str, folder: Path
+) -> tuple[Polygons, str | None, float | None]:
+    """The surface, the up axis and the unit, as far as the file names them."""
+    from swarmscout.worlds.meshes.formats.collada import read_collada
+    from swarmscout.worlds.meshes.formats.gltf import read_gltf
+    from swarmscout.worlds.meshes.formats.obj import read_obj
+    from swarmscout.worlds.meshes.formats.off import read_off
+    from swarmscout.worlds.meshes.formats.ply import read_ply
+    from swarmscout.worlds.meshes.formats.stl import read_stl
+
+    if suffix == ".dae":
+        return read_collada(packed)
+    if suffix in (".glb", ".gltf"):
+        # Their standard has no other axis and unit.
+        return read_gltf(packed, folder, suffix[1:].upper()), "y", 1.0
+    plain = {".obj": read_obj, ".off": read_off, ".ply": read_ply, ".stl": read_stl}
+    return plain[suffix](packed), None, None
 
 
 def check_mesh_extra(what: str) -> None:
