@@ -33,12 +33,10 @@ def is_offered(cell, cells, places, rules, step):  # type: ignore[no-untyped-def
         cells: int64[32, 2], `avoided`, and places: GIVEN_UP[256]: the robot's own, see ``Minds``.
         rules: a record with `columns` and `place_cells`; step: the current step.
     """
-    if avoided_until(places, place_of(cell, rules)) >= step:
-        return False
+    offered = avoided_until(places, place_of(cell, rules)) < step
     for a in range(cells.shape[0]):
-        if cells[a, 0] == cell and cells[a, 1] >= step:
-            return False
-    return True
+        offered = offered and not (cells[a, 0] == cell and cells[a, 1] >= step)
+    return offered
 
 
 @inlined
