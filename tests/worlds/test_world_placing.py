@@ -10,6 +10,7 @@ from scipy import ndimage
 from scipy.spatial.distance import pdist
 
 from swarmscout.core.errors import WorldError
+from swarmscout.core.grid import GridFrame
 from swarmscout.worlds import (
     World,
     load_world,
@@ -19,6 +20,7 @@ from swarmscout.worlds import (
     world_from_ascii,
 )
 from swarmscout.worlds.reachability import distance_along_ground, standing_places, start_cell
+from swarmscout.worlds.spacing import take_apart
 
 RULES = ("one-place", "spread")
 
@@ -170,3 +172,15 @@ def test_a_thousand_robots(tube):
     for rule in RULES:
         places = place_robots(world, 1000, rule, np.random.default_rng(0))
         assert pdist(places).min() >= 0.6 - 1e-9
+
+
+@given(st.integers(0, 10**6), st.integers(1, 40), st.floats(0.1, 3.0), st.integers(1, 60))
+def test_cells_are_taken_in_order_if_they_are_apart(seed, columns, spacing_m, wanted):
+    frame = GridFrame(0.0, 0.0, 0.25, 30, columns)
+    candidates = np.random.default_rng(seed).permutation(frame.size)
+    slow: list[tuple[int, int]] = []
+    for row, col in zip(*np.divmod(candidates, columns), strict=True):
+        gaps = [(row - a) ** 2 + (col - b) ** 2 for a, b in slow]
+        if len(slow) < wanted and min(gaps, default=1e9) >= (spacing_m / 0.25) ** 2 - 1e-9:
+            slow.append((row, col))
+    np.testing.assert_array_equal(take_apart(candidates, frame, spacing_m, wanted), slow)

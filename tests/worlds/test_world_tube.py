@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -12,21 +13,26 @@ from scipy import ndimage
 from skimage.measure import label
 
 from swarmscout.core.errors import WorldError
+from swarmscout.core.streams import stream
 from swarmscout.worlds import (
     TubeParameters,
     check_world,
     generate_tube,
     load_world,
     named_worlds,
+    place_robots,
     reachable,
 )
 from swarmscout.worlds.catalogue import NAMED_TUBES
+from swarmscout.worlds.tube_depth import OUTSIDE_M, ROUND_M, join_passage
+from swarmscout.worlds.tube_maze import _gabriel_edges, _nodes
 from swarmscout.worlds.tube_plan import plan_tube
 
 SMALL = TubeParameters(
     size_m=60.0, length_m=90.0, width_m=5.0, braids=1, branches=3, branch_length_m=14.0,
     pillars=3, piles=5, resolution_m=0.2,
 )  # fmt: skip
+SMALL_WORLDS = [name for name in named_worlds() if name != "lava-network"]
 DIGEST_LAVA_TUBE = "2428c47270e39e3615063d6b92a2bf37fabf14509765fd7163dd24b23b583104"
 
 
@@ -38,7 +44,7 @@ def islands(world, at_least_m2: float) -> int:
     return sum(size >= at_least_m2 for k, size in enumerate(sizes) if k not in edge)
 
 
-@pytest.mark.parametrize("name", named_worlds())
+@pytest.mark.parametrize("name", SMALL_WORLDS)
 @pytest.mark.parametrize("seed", [*range(8), 12345678901])
 def test_named_worlds_are_good_for_any_seed(name, seed):
     # Half the resolution, to look at many: the plan is the same at every resolution.
@@ -51,7 +57,7 @@ def test_named_worlds_are_good_for_any_seed(name, seed):
     assert world.start_m is not None
 
 
-@pytest.mark.parametrize("name", named_worlds())
+@pytest.mark.parametrize("name", SMALL_WORLDS)
 def test_named_worlds_at_their_own_resolution(name):
     world = load_world(name)
     assert world.resolution_m == 0.1
@@ -180,3 +186,30 @@ def test_impossible_parameters(name, value, says):
 
 def test_every_named_world_has_its_own_parameters():
     assert len({parameters for _, parameters in NAMED_TUBES.values()}) == len(NAMED_TUBES)
+
+
+def test_the_network_has_room_for_twenty_thousand_robots():
+    world = load_world("lava-network", seed=1)
+    check_world(world, 20_000)
+    assert len(place_robots(world, 20_000, "spread", np.random.default_rng(0))) == 20_000
+    assert 130_000.0 <= reachable(world).sum() * world.resolution_m**2 <= 200_000.0
+
+
+def test_the_net_joins_two_points_without_a_third_between_them():
+    nodes = _nodes(stream(5, "test"), TubeParameters(layout="maze", size_m=150.0, width_m=5.0))
+    edges = []
+    for one, other in itertools.combinations(range(len(nodes)), 2):
+        middle = (nodes[one] + nodes[other]) / 2
+        radius2 = ((nodes[one] - middle) ** 2).sum()
+        if not (((nodes - middle) ** 2).sum(axis=1) < radius2 - 1e-6).any():
+            edges.append((one, other))
+    assert _gabriel_edges(nodes) == edges
+    assert len(nodes) > 30
+
+
+def test_tubes_are_joined_with_a_rounded_corner():
+    one, other = np.random.default_rng(3).uniform(OUTSIDE_M, 6.0, size=(2, 40, 50))
+    blend = np.maximum(ROUND_M - np.abs(one - other), 0.0)
+    expected = np.maximum(one, other) + blend * blend / (4.0 * ROUND_M)
+    join_passage(one, other)
+    np.testing.assert_array_equal(one, expected)

@@ -56,6 +56,13 @@ NAMED_TUBES: dict[str, tuple[str, TubeParameters]] = {
             braids=0, branches=0, pillars=4, piles=14, roughness_m=0.5, height_m=2.6,
         ),
     ),
+    "lava-network": (
+        "a network of tubes, 25 km of them on 640 m × 640 m: room for 20,000 robots",
+        TubeParameters(
+            layout="maze", size_m=620.0, width_m=7.5, narrowest_m=4.0, winding=1.0,
+            braids=0, branches=0, pillars=40, piles=60, resolution_m=0.2,
+        ),
+    ),
 }  # fmt: skip
 """Name → one line and parameters."""
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmscout.core.errors import WorldError, did_you_mean
-from swarmscout.core.grid import GridFrame
 from swarmscout.worlds.morphology import fits
 from swarmscout.worlds.reachability import distance_along_ground, standing_places, start_cell
+from swarmscout.worlds.spacing import take_apart
 from swarmscout.worlds.stations import derive_starts, derive_stations
 from swarmscout.worlds.world import World
 
@@ -30,8 +30,6 @@ ROBOTS_PER_STATION = 10
 _ROBOTS_PER_START = 20
 _SPACING_M = 0.6
 _CLEARANCE_M = 0.05
-_AT_ONCE = 1024
-"""Candidates that are looked at together: most are near a place that was taken before."""
 _CHOICE = 1.25
 """One place in five stays empty when all start from one place: that is the random part of it."""
 
@@ -124,7 +122,7 @@ def _places_near_start(
         steps = distance_along_ground(place, sources, farthest)
         near = np.flatnonzero((steps >= 0) & clear)
         near = near[np.argsort(steps.ravel()[near], kind="stable")]
-        chosen = _apart(near, world.frame, spacing_m, wanted)
+        chosen = take_apart(near, world.frame, spacing_m, wanted)
         if len(chosen) >= wanted or farthest > steps.max():
             break
         farthest *= 2
@@ -142,35 +140,8 @@ def _places_anywhere(
 ) -> NDArray[np.int64]:
     everywhere = np.flatnonzero(clear)
     few = rng.integers(0, max(everywhere.size, 1), size=8 * robots if everywhere.size else 0)
-    chosen = _apart(everywhere[few], world.frame, spacing_m, robots)
+    chosen = take_apart(everywhere[few], world.frame, spacing_m, robots)
     if len(chosen) < robots:
         # A crowded world: try every place once.
-        chosen = _apart(rng.permutation(everywhere), world.frame, spacing_m, robots)
+        chosen = take_apart(rng.permutation(everywhere), world.frame, spacing_m, robots)
     return chosen
-
-
-def _apart(
-    candidates: NDArray[np.int64], frame: GridFrame, spacing_m: float, wanted: int
-) -> NDArray[np.int64]:
-    """Take candidates (flat cells) in order, leaving out those too near to one that was taken.
-
-    Returns:
-        int64[n, 2] cells, ``n <= wanted``.
-    """
-    reach = spacing_m / frame.cell_m
-    about = math.ceil(reach)
-    down, across = np.mgrid[-about : about + 1, -about : about + 1]
-    near = down**2 + across**2 < reach**2 - 1e-9
-    taken = np.zeros((frame.rows + 2 * about, frame.columns + 2 * about), dtype=np.bool_)
-    chosen: list[tuple[int, int]] = []
-    for begin in range(0, len(candidates), _AT_ONCE):
-        rows, columns = np.divmod(candidates[begin : begin + _AT_ONCE], frame.columns)
-        left = ~taken[rows + about, columns + about]
-        for row, col in zip(rows[left].tolist(), columns[left].tolist(), strict=True):
-            if taken[row + about, col + about]:
-                continue
-            chosen.append((row, col))
-            if len(chosen) == wanted:
-                return np.array(chosen, dtype=np.int64)
-            taken[row : row + 2 * about + 1, col : col + 2 * about + 1] |= near
-    return np.array(chosen, dtype=np.int64).reshape(-1, 2)

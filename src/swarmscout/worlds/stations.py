@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from swarmscout.core.errors import WorldError
 from swarmscout.worlds.morphology import fits
 from swarmscout.worlds.reachability import distance_along_ground, standing_places, start_cell
+from swarmscout.worlds.spacing import take_apart
 from swarmscout.worlds.world import World
 
 __all__ = ["derive_starts", "derive_stations"]
@@ -66,49 +67,46 @@ def _roomy_places(
     world: World, count: int, distances: tuple[tuple[float, ...], ...]
 ) -> NDArray[np.float64]:
     """Places with room, apart by the first of the distances for which there are enough."""
-    place = standing_places(world)
-    found: list[tuple[int, int]] = []
+    cells, steps = _cells_near(world, max(distances[0]), count)
+    found = 0
     for alike in distances:
-        reach = [_cells_near(world, place, apart_m, count) for apart_m in alike]
         for room_m in _ROOM_M:
-            for apart_m, (cells, steps) in zip(alike, reach, strict=True):
-                roomy = _with_room(world, cells, room_m)
-                if not len(roomy) or (
-                    room_m > 0.0
-                    and steps[roomy[0, 0], roomy[0, 1]] > _FIRST_WITHIN_M / world.resolution_m
-                ):
-                    continue
-                found = _nearest_apart(roomy, apart_m / world.resolution_m, count)
-                if len(found) == count:
-                    places = world.frame.centres_of(np.array(found))
+            roomy = _with_room(world, cells, room_m)
+            if not len(roomy) or (
+                room_m > 0.0
+                and steps[roomy[0, 0], roomy[0, 1]] > _FIRST_WITHIN_M / world.resolution_m
+            ):
+                continue
+            far = steps[roomy[:, 0], roomy[:, 1]]
+            flat = roomy[:, 0] * world.frame.columns + roomy[:, 1]
+            for apart_m in alike:
+                near = flat[far <= _farthest(world, apart_m, count)]
+                taken = take_apart(near, world.frame, apart_m, count)
+                found = len(taken)
+                if found == count:
+                    places = world.frame.centres_of(taken)
                     places.setflags(write=False)
                     return places
     raise WorldError(
-        f"world '{world.name}' has room for {len(found)} charging stations, {count} are needed; "
+        f"world '{world.name}' has room for {found} charging stations, {count} are needed; "
         "take fewer robots or a larger world, or set the stations by hand"
     )
 
 
+def _farthest(world: World, apart_m: float, count: int) -> int:
+    """Steps from the start to the farthest of stations with this distance, about."""
+    return math.ceil((10.0 + 2.0 * apart_m * count) / world.resolution_m)
+
+
 def _cells_near(
-    world: World, place: NDArray[np.bool_], apart_m: float, count: int
+    world: World, apart_m: float, count: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
     """Cells about as far from the start as stations may stand, the nearest first, and how far."""
-    farthest = math.ceil((10.0 + 2.0 * apart_m * count) / world.resolution_m)
+    place = standing_places(world)
+    farthest = _farthest(world, apart_m, count)
     steps = distance_along_ground(place, [start_cell(world)], farthest)
     cells = np.argwhere(steps >= 0)
     return cells[np.argsort(steps[cells[:, 0], cells[:, 1]], kind="stable")], steps
-
-
-def _nearest_apart(cells: NDArray[np.int64], apart: float, count: int) -> list[tuple[int, int]]:
-    """The first cells of a sorted list that are at least ``apart`` cells from each other."""
-    found: list[tuple[int, int]] = []
-    left = cells
-    while len(left) and len(found) < count:
-        row, col = int(left[0, 0]), int(left[0, 1])
-        found.append((row, col))
-        far = (left[:, 0] - row) ** 2 + (left[:, 1] - col) ** 2 >= apart**2 - 1e-9
-        left = left[far]
-    return found
 
 
 def _with_room(world: World, cells: NDArray[np.int64], room_m: float) -> NDArray[np.int64]:

@@ -18,6 +18,7 @@ from swarmscout.core.streams import stream
 from swarmscout.worlds.breakdown import fallen_blocks, pillars
 from swarmscout.worlds.noise import Lattice, as_floats, noise_field
 from swarmscout.worlds.passages import Passage
+from swarmscout.worlds.tube_depth import depth_and_core
 from swarmscout.worlds.tube_maze import plan_maze
 from swarmscout.worlds.tube_parameters import TubeParameters
 from swarmscout.worlds.tube_plan import plan_tube
@@ -40,8 +41,6 @@ RULES = 1
 
 _NOISE, _HEIGHTS = 7, 8
 _STEP_M = 0.5
-_OUTSIDE_M = -3.0
-_CORE_M = 1.0
 _BORDER_M = 2.5
 _MOUTH_AT = 4
 """Points (metres) from the end of the first passage to the start, in the middle of the mouth."""
@@ -127,7 +126,7 @@ def tube_fields(parameters: TubeParameters) -> TubeFields:
     resolution = parameters.resolution_m
     shape = (round(height_m / resolution), round(width_m / resolution))
     lattice = Lattice(width_m, height_m, _STEP_M)
-    depth, core = _depth(lattice, passages)
+    depth, core = depth_and_core(lattice, passages)
     rng = stream(parameters.seed, "world", _NOISE)
     start = passages[0].points_m[_MOUTH_AT]
 
@@ -192,42 +191,6 @@ def _moved_to_corner(passages: list[Passage]) -> tuple[list[Passage], float, flo
 
 def _lattice_cells(lattice: Lattice) -> tuple[tuple[int, int], float]:
     return lattice.shape, lattice.step_m
-
-
-def _depth(
-    lattice: Lattice, passages: list[Passage]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """How deep lattice points lie inside tubes, and inside the core of tubes, in metres."""
-    depth = np.full(lattice.shape, _OUTSIDE_M)
-    core = np.full(lattice.shape, _OUTSIDE_M)
-    x, y = lattice.coordinates()
-    for passage in passages:
-        own = np.full(lattice.shape, _OUTSIDE_M)
-        for (px, py), half in zip(*_denser(passage), strict=True):
-            window = lattice.window(px, py, half - _OUTSIDE_M)
-            across, up = x[:, window[1]] - px, y[window[0]] - py
-            distance = np.sqrt(across * across + up * up)
-            np.maximum(own[window], half - distance, out=own[window])
-            np.maximum(core[window], _CORE_M - distance, out=core[window])
-        depth = _joined(depth, own)
-    return depth, core
-
-
-def _denser(passage: Passage) -> tuple[list[list[float]], list[float]]:
-    """Points every half metre or so, and their half widths."""
-    points, widths = passage.points_m, passage.half_widths_m
-    halfway = (points[1:] + points[:-1]) / 2
-    return (
-        np.concatenate((points, halfway)).tolist(),
-        np.concatenate((widths, (widths[1:] + widths[:-1]) / 2)).tolist(),
-    )
-
-
-def _joined(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The larger of two depths, with a rounded corner where tubes meet."""
-    round_m = 1.6
-    blend = np.maximum(round_m - np.abs(one - other), 0.0)
-    return np.maximum(one, other) + blend * blend / (4.0 * round_m)
 
 
 def _connected(

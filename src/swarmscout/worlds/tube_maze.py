@@ -49,23 +49,28 @@ def plan_maze(parameters: TubeParameters) -> list[Passage]:
 def _nodes(rng: np.random.Generator, parameters: TubeParameters) -> NDArray[np.float64]:
     """float64[n, 2]: random points in the square, no two near each other."""
     apart = _CELLS_PER_WIDTH * parameters.width_m
-    nodes: list[tuple[float, float]] = []
     tries = int(12.0 * (parameters.size_m / apart) ** 2) + 30
-    for x, y in np.round(rng.uniform(0.0, parameters.size_m, size=(tries, 2)), 6).tolist():
-        if all((x - a) ** 2 + (y - b) ** 2 >= apart * apart for a, b in nodes):
-            nodes.append((x, y))
-    return np.array(nodes)
+    points = np.round(rng.uniform(0.0, parameters.size_m, size=(tries, 2)), 6)
+    nodes = np.empty_like(points)
+    count = 0
+    for point in points:
+        gaps = point - nodes[:count]
+        if (gaps[:, 0] ** 2 + gaps[:, 1] ** 2 >= apart * apart).all():
+            nodes[count] = point
+            count += 1
+    return nodes[:count].copy()
 
 
 def _gabriel_edges(nodes: NDArray[np.float64]) -> list[tuple[int, int]]:
     edges = []
     for one in range(len(nodes)):
-        for other in range(one + 1, len(nodes)):
-            middle = (nodes[one] + nodes[other]) / 2
-            radius2 = float(((nodes[one] - middle) ** 2).sum())
-            near = ((nodes - middle) ** 2).sum(axis=1) < radius2 - 1e-6
-            if not near.any():
-                edges.append((one, other))
+        others = nodes[one + 1 :]
+        middle = (nodes[one] + others) / 2
+        radius2 = ((nodes[one] - middle) ** 2).sum(axis=1)
+        across = nodes[None, :, 0] - middle[:, None, 0]
+        up = nodes[None, :, 1] - middle[:, None, 1]
+        near = (across * across + up * up < radius2[:, None] - 1e-6).any(axis=1)
+        edges += [(one, one + 1 + int(other)) for other in np.flatnonzero(~near)]
     return edges
 
 
