@@ -25,6 +25,7 @@ from swarmscout.mapping.scan_evidence import observe
 from swarmscout.minds.minds import blank_minds
 from swarmscout.minds.modes import choose_modes
 from swarmscout.mission import build
+from swarmscout.mission.memory import check_memory, map_rows
 from swarmscout.mission.plug_ins import complete
 from swarmscout.mission.route_costs import keep_stations_clear
 from swarmscout.mission.scenario import Scenario
@@ -110,6 +111,8 @@ class Mission:
         self.world = load_world(world)  # Of any other kind of argument it says what is wrong.
         self.scenario, self.base = scenario, base
         self.frame = build.make_frame(self.world, scenario)
+        rows = 1 if radio is not None or links is not None else map_rows(scenario, self.world)
+        check_memory(scenario, self.world, self.frame, rows)
         # What the world is for these bodies: they do not drive where it is too steep.
         self._ground = ground = build.make_ground(self.world, scenario)
         self.stations_m = place_stations(ground, scenario.robots)
