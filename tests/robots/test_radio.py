@@ -29,6 +29,7 @@ def test_a_disc_links_exactly_the_pairs_within_range(
     away = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
     linked = Disc(range_m).links(1, bodies, WORLD).matrix()
     np.testing.assert_array_equal(linked, (away <= range_m) | np.eye(robots, dtype=np.bool_))
+    assert Disc(range_m).links(1, bodies, WORLD).complete == bool(linked.all())
 
 
 def scenario(**radio: Any) -> Scenario:

@@ -54,7 +54,8 @@ class Links:
             listeners, senders: int64[M], each pair of different robots at most once.
             quality: float64[M]; 1 where not given.
         """
-        order = np.lexsort((senders, listeners))
+        # One number for each pair: a single sort is twice as fast as one by two keys.
+        order = np.argsort(listeners * robots + senders)
         start = np.zeros(robots + 1, dtype=np.int64)
         np.cumsum(np.bincount(listeners, minlength=robots), out=start[1:])
         strength = np.ones(len(order)) if quality is None else quality[order]

@@ -27,9 +27,12 @@ class Disc:
 
     def links(self, step: int, bodies: Bodies, world: World) -> Links:
         """Pairs of robots within range."""
+        robots = len(bodies.alive)
         pairs = near_pairs(bodies.position, self.range_m)
+        if len(pairs) == robots * (robots - 1) // 2:
+            return Links.full(robots)
         both = np.concatenate((pairs, pairs[:, ::-1]))
-        return Links.of_pairs(len(bodies.alive), both[:, 0], both[:, 1])
+        return Links.of_pairs(robots, both[:, 0], both[:, 1])
 
 
 def near_pairs(position: NDArray[np.float64], range_m: float) -> NDArray[np.int64]:
