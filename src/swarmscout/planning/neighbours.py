@@ -9,9 +9,11 @@ import math
 
 import numpy as np
 
+from swarmscout.core.cells import cell_of
 from swarmscout.core.enums import CHARGE
 from swarmscout.core.grid import GRID
 from swarmscout.core.jit import inlined
+from swarmscout.mapping.footprint import STATION_ZONE
 
 __all__ = [
     "FAR",
@@ -102,7 +104,7 @@ def empty_buckets(heard, chain, rules):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _expect(near, beacon, mine, i, j, robots, step, headings, rules):  # type: ignore[no-untyped-def]
+def _expect(near, beacon, step, headings, rules):  # type: ignore[no-untyped-def]
     """Write down what is expected of robot j."""
     near.x_m = beacon.x_m
     near.y_m = beacon.y_m
@@ -115,20 +117,28 @@ def _expect(near, beacon, mine, i, j, robots, step, headings, rules):  # type: i
         near.dy_m = rules.forward_m * headings[beacon.aim, 1]
         ticks = headings.shape[0]
         near.starts = abs(turns_to(beacon.heading, beacon.aim, rules.turn_ticks, ticks))
-    shift = step // TURN_STEPS
-    near.first = (j + shift) % robots < (i + shift) % robots
-    if (beacon.mode == CHARGE) != (mine.mode == CHARGE):
-        # Who has to charge cannot wait.
-        near.first = beacon.mode == CHARGE
 
 
 @inlined
-def look_round(me, heard, chain, near, i, step, headings, rules):  # type: ignore[no-untyped-def]
+def _goes_first(heard, status, i, j, step, rules):  # type: ignore[no-untyped-def]
+    """Whether robot j goes before robot i where their ways cross."""
+    charges = heard[j].mode == CHARGE
+    if charges != (heard[i].mode == CHARGE):
+        # Who has to charge cannot wait; but who has charged leaves before others come in.
+        explorer = heard[i] if charges else heard[j]
+        leaves = status[cell_of(explorer.x_m, explorer.y_m, rules)] & STATION_ZONE != 0
+        return charges != leaves
+    shift = step // TURN_STEPS
+    robots = heard.shape[0]
+    return (j + shift) % robots < (i + shift) % robots
+
+
+@inlined
+def look_round(me, heard, status, chain, near, i, step, headings, rules):  # type: ignore[no-untyped-def]
     """List the neighbours that a robot can meet within the moves looked ahead; returns how many.
 
     In a dense crowd it looks less far.
     """
-    robots = heard.shape[0]
     buckets = rules.bucket_rows * rules.bucket_columns
     reach = 2.0 * MOVES * rules.forward_m + 2.0 * rules.radius_m
     while True:
@@ -144,9 +154,8 @@ def look_round(me, heard, chain, near, i, step, headings, rules):  # type: ignor
                     dy = heard[j].y_m - me.y_m
                     if j != i and dx * dx + dy * dy <= reach * reach:
                         if n < near.shape[0]:
-                            _expect(
-                                near[n], heard[j], heard[i], i, j, robots, step, headings, rules
-                            )  # fmt: skip
+                            _expect(near[n], heard[j], step, headings, rules)
+                            near[n].first = _goes_first(heard, status, i, j, step, rules)
                         n += 1
                     j = chain[buckets + j]
         if n <= near.shape[0]:

@@ -254,10 +254,8 @@ def _drive(me, status, route, near, i, step, headings, rules):  # type: ignore[n
     me.aim = heading
     if free == most:
         return _turn_or_drive(turns)
-    lost = max(me.still, route.idle // 2)
-    if me.mode == CHARGE:
-        # It cannot spare charge to make room: the others do.
-        lost = me.still - 2 * PATIENCE_STEPS
+    # Who goes to charge makes no room: where it insists, those that have charged get out behind.
+    lost = max(me.still, route.idle // 2) if me.mode != CHARGE else 0
     if free == 0 and lost >= PATIENCE_STEPS + (i + step) % PATIENCE_STEPS:
         back, moves = _way_back(me, status, route, near, step, headings, rules)
         if moves > 0:
@@ -319,6 +317,6 @@ def keep_clear(own, status, heard, listeners, groups, routes, headings, rules, c
             if route.wish_x_m == 0.0 and route.wish_y_m == 0.0:
                 route.ahead = 0
                 continue
-            n = look_round(me, heard[row], chain, near, i, step, headings, rules)
+            n = look_round(me, heard[row], status[row], chain, near, i, step, headings, rules)
             action[i] = _drive(me, status[row], route, near[:n], i, step, headings, rules)
         empty_buckets(heard[row], chain, rules)

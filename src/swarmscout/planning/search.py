@@ -2,8 +2,8 @@
 
 Moves go to the 8 neighbours. A move costs its length times the mean price of the two cells, where a
 cell's price per metre is 1 + p ("length") or p alone ("probability", the paper to the letter).
-Deviation: the scenario ``paper`` takes 1 + p, so that well-seen cells are not almost free; and a
-cell in which a robot is known to stand for long is dearer.
+Deviation: the scenario ``paper`` takes 1 + p, so that well-seen cells are not almost free; and
+cells round a robot that is known to stand, or to drive the other way, are dearer.
 Cells without room for a body are impassable, those in which it may touch a wall are dearer, and
 corners are not cut. Costs are integers, so optimal is exact. A goal beside a wall, as frontier
 cells often are, stands for the nearest cell clear of walls.
@@ -30,9 +30,9 @@ from swarmscout.core.enums import ROUTE as ROUTE_EVENT
 from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import enter, get_out
-from swarmscout.planning.route_table import STATION
+from swarmscout.planning.route_table import NEAREST, STATION
 from swarmscout.planning.search_memory import BUCKETS
-from swarmscout.planning.tolls import fill_tolls, padded, toll_standing
+from swarmscout.planning.tolls import fill_tolls, padded, toll_robots, untoll_robots
 
 __all__ = ["plan_routes", "route_cost_field"]
 
@@ -251,7 +251,7 @@ def _read_all(price, toll, nodes, routes, cells, i, search, step, events):  # ty
         route = routes[j]
         if route.need != 2:
             continue
-        route.need = 3 if goal == STATION else 0
+        route.need = 3 if goal in (STATION, NEAREST) else 0
         route.goal = goal
         route.at = 0
         start = padded(route.here, search.columns)
@@ -286,7 +286,7 @@ def _name_docks(routes, docks, status, queues, rows, columns, reach):  # type: i
 
 @kernel
 def plan_routes(  # type: ignore[no-untyped-def]
-    price, status, bounds, toll, nodes, buckets, state, standing, docks, queues, reach, routes,
+    price, status, bounds, toll, nodes, buckets, state, marks, docks, queues, reach, routes,
     cells, step, events,
 ):  # fmt: skip
     """Plan a route for every robot that needs one, to a cell or to a station (`state[0].home`).
@@ -294,7 +294,7 @@ def plan_routes(  # type: ignore[no-untyped-def]
     Args:
         price: int16[R, C], status: uint8[R, C'], bounds: int64[R, 2]: see ``OccupancyGrids``.
         toll, nodes, buckets, state: scratch, see ``Search``.
-        standing: int64[R, N], cells in which robots stand for long, see ``mark_standing``.
+        marks: int64[R, N], where robots are, see ``mark_robots``.
         docks: int64[k, 2], cells near the charging stations, and which station each is near.
         queues: int64[R, S], what queueing at each station costs: of those that are free to choose,
             robots take the one with the least sum of way and queue.
@@ -321,13 +321,13 @@ def plan_routes(  # type: ignore[no-untyped-def]
         if m != loaded:
             fill_tolls(price[m], status[m], bounds[m], toll, search)
             loaded = m
-        toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
+        toll_robots(price[m], status[m], toll, marks[m], search)
         search.count += 2
         waiting = _start_all(nodes, routes, i, search, box)
         n = 0
         for d in range(docks.shape[0] if goal <= STATION else 1):
             seed = docks[d, 0] if goal <= STATION else goal
-            other = goal < STATION and docks[d, 1] != STATION - 1 - goal
+            other = goal < NEAREST and docks[d, 1] != NEAREST - 1 - goal
             seed = enter(status[m], seed, rows, columns, reach[0])
             if seed >= 0 and not other:
                 seeds[n] = padded(seed, columns)
@@ -335,9 +335,9 @@ def plan_routes(  # type: ignore[no-untyped-def]
                 n += 1
         _spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
         _read_all(price[m], toll, nodes, routes, cells, i, search, step, events)
-        if goal == STATION:
+        if goal in (STATION, NEAREST):
             _name_docks(routes, docks, status[m], queues[m], rows, columns, reach[0])
-        toll_standing(price[m], status[m], toll, standing[m], search, 0)
+        untoll_robots(price[m], status[m], toll, marks[m], search)
 
 
 @kernel
