@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmscout.core.enums import CHARGE
+from swarmscout.core.enums import CHARGE, EXPLORE
 from swarmscout.core.grid import GridFrame
 from swarmscout.mission.mission import Mission
 from swarmscout.mission.scenario import Scenario
+from swarmscout.planning.docking import weigh_stations
 from swarmscout.planning.places import lay_places
-from swarmscout.planning.route_table import WAITS
+from swarmscout.planning.route_table import NO_PLACE, STATION, WAITS
+from swarmscout.planning.way_home import ask_ways
 from swarmscout.worlds.arrays import world_from_array
 
 
@@ -86,3 +88,76 @@ def test_those_without_a_place_wait_and_the_one_with_least_charge_goes_first() -
     planner.plan(mission.minds, knowledge, 2, mission.events)
     assert own["place"][0] == planner._places[0, 0]
     assert (own["place"][1:] == WAITS).all()
+
+
+def seen_hall(robots: int) -> Mission:
+    """Robots that have seen all of an empty hall with three stations."""
+    mission = hall(robots, "distance", 100)
+    mission.step()
+    grids = mission.knowledge.grids
+    cells = grids.frame.size
+    low = np.zeros(1, dtype=np.int64)
+    evidence = np.full((1, cells), -5000)
+    grids.apply(0, np.arange(cells)[None].copy(), evidence, low, low + cells)
+    return mission
+
+
+def look_home(mission: Mission, step: int = 5) -> None:
+    nothing = np.zeros(len(mission.minds), dtype=np.int64)
+    mission.planner.look_home(mission.minds, mission.knowledge, nothing, nothing, step)
+
+
+def test_who_runs_out_of_charge_on_its_way_turns_to_the_station_that_it_passes() -> None:
+    mission = seen_hall(30)
+    own, routes = mission.minds.own, mission.planner.table.state
+    near, far = (
+        mission.stations_m[0],
+        int(np.hypot(*(mission.stations_m - mission.stations_m[0]).T).argmax()),
+    )
+    own["mode"][0], own["station"][0], own["place"][0] = CHARGE, far, NO_PLACE
+    own["x_m"][0], own["y_m"][0] = near[0] + 2.0, near[1]
+    routes["length"][0], routes["at"][0] = 40, 0
+    own["charge"][0] = 1.0
+    look_home(mission)
+    assert own["station"][0] == far
+    own["charge"][0] = 0.05
+    look_home(mission)
+    assert own["station"][0] == 0
+
+
+def test_the_way_home_is_known_anew_before_it_has_to_be_taken() -> None:
+    # Others may have come to the nearest station since it was last looked up.
+    mission = seen_hall(30)
+    own, rules = mission.minds.own, mission.planner._rules
+    own["mode"], own["way_m"] = EXPLORE, 5.0
+    needed = 5.0 * rules["share_per_m"][0] + rules["share_reserve"][0]
+    nothing = np.zeros(30, dtype=np.int64)
+    for charge, asks in ((needed + 0.01, 30), (needed + 0.3, 0)):
+        own["charge"] = charge
+        found = ask_ways(
+            own, mission.knowledge.ear, nothing, nothing, mission.planner.table.state,
+            mission.planner._home.state, rules, 5,
+        )  # fmt: skip
+        assert found == asks
+
+
+def test_a_station_with_half_of_its_places_claimed_repels_more() -> None:
+    mission = seen_hall(30)
+    planner, knowledge = mission.planner, mission.knowledge
+    routes = planner.table.state
+    routes["need"], routes["wanted"], routes["map"] = 0, STATION, 0
+    routes["need"][0] = 1
+    costs = []
+    for load in range(20):
+        knowledge.heard["step"], knowledge.heard["station"] = 2, -1
+        knowledge.heard["station"][0, :load] = 0
+        weigh_stations(
+            knowledge.heard, routes, knowledge.grids.status, mission.stations_m, planner._places,
+            planner._queues, planner._rules, 2,
+        )  # fmt: skip
+        costs.append(int(planner._queues[0, 0]))
+        assert planner._queues[0, 1] == 0
+    more = np.diff(costs)
+    assert costs[0] == 0
+    assert (more[1:] >= more[:-1]).all()
+    assert more[-1] > 3 * more[0] > 0

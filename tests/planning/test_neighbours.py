@@ -54,8 +54,9 @@ class Crowd:
         around = np.empty(MOST_NEAR + 1, dtype=np.int64)
         near = np.empty(MOST_NEAR + 1, dtype=NEIGHBOUR)
         n, met = neighbours.look_round(
-            me, heard, chain, seen, around, near, 0, STEP, self.headings, self.rules
-        )
+            me, heard, trip.grids.status[0], chain, seen, around, near, 0, STEP, self.headings,
+            self.rules,
+        )  # fmt: skip
         neighbours.empty_buckets(heard, chain, self.rules)
         assert (chain == -1).all()
         reach = 2 * MOVES * FORWARD_M + 2 * RADIUS_M

@@ -10,8 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_route_following import FORWARD_M, RADIUS_M, Trip, cell_at, open_world
 
-from swarmscout.core.enums import FORWARD, NO_CONTACT, STOP, WALL_CONTACT
+from swarmscout.comms.messages import BEACON
+from swarmscout.core.enums import CHARGE, EXPLORE, FORWARD, NO_CONTACT, STOP, WALL_CONTACT
+from swarmscout.mapping.footprint import STATION_ZONE
 from swarmscout.planning.following import FAIL_STEPS
+from swarmscout.planning.neighbours import (
+    MOST_NEAR,
+    NEIGHBOUR,
+    empty_buckets,
+    fill_buckets,
+    look_round,
+)
 from swarmscout.robots.bodies import TICKS
 from swarmscout.robots.motion import Motion
 from swarmscout.worlds.world import World
@@ -131,3 +140,30 @@ def test_a_robot_says_where_it_means_to_drive_and_that_it_stands() -> None:
     trip.plan()
     trip.act()
     assert trip.minds.own["aim"][0] == -1
+
+
+@pytest.mark.parametrize("in_zone", [False, True])
+def test_who_has_charged_leaves_the_station_before_others_come_in(in_zone: bool) -> None:
+    trip = Trip(open_world(), 0.5, np.array([[0.25, 5.25], [3.25, 5.25]]), np.array([0, 1800]))
+    if in_zone:
+        trip.grids.status[:] |= STATION_ZONE
+    trip.minds.own["mode"] = [EXPLORE, CHARGE]
+    trip.minds.own["aim"] = [0, 1800]
+    heard = np.zeros(2, dtype=BEACON)
+    for name in BEACON.names:
+        if name != "step":
+            heard[name] = trip.minds.own[name]
+    rules = trip.planner._rights
+    chain, seen = trip.planner._chain, np.zeros(2, dtype=NEIGHBOUR)
+    around = np.zeros(MOST_NEAR + 1, dtype=np.int64)
+    near = np.zeros(MOST_NEAR + 1, dtype=NEIGHBOUR)
+    for i in (0, 1):
+        fill_buckets(heard, chain, seen, rules[0])
+        n, _ = look_round(
+            trip.minds.own[i], heard, trip.grids.status[0], chain, seen, around, near, i, 0,
+            trip.planner._headings, rules[0],
+        )  # fmt: skip
+        empty_buckets(heard, chain, rules[0])
+        assert n == 1
+        # The other one goes first, as seen by the robot that explores, exactly outside.
+        assert near[0]["first"] == ((i == 0) != in_zone)

@@ -25,7 +25,8 @@ from swarmscout.minds.minds import Minds, blank_minds
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.places import dock_cells
 from swarmscout.planning.route_table import LONGEST, STATION, blank_routes, by_goal
-from swarmscout.planning.routes import LONG_STILL_STEPS, Planner, Vehicle
+from swarmscout.planning.routes import Planner, Vehicle
+from swarmscout.planning.tolls import STILL_STEPS
 
 MODEL = InverseSensorModel(
     -405, 847, log_odds_of(0.03), log_odds_of(0.97), log_odds_of(0.35), log_odds_of(0.65), 0.05
@@ -99,7 +100,9 @@ class Place:
     def knowledge(self, minds: Minds, grids: OccupancyGrids) -> Knowledge:
         knowledge = knowledge_of(minds, grids)
         knowledge.heard["x_m"], knowledge.heard["y_m"] = minds.own["x_m"], minds.own["y_m"]
-        knowledge.still[:] = np.where(self.standing, LONG_STILL_STEPS, LONG_STILL_STEPS - 1)
+        knowledge.heard["step"], knowledge.heard["station"] = 7, -1
+        knowledge.heard["mode"] = np.where(self.goals == STATION, CHARGE, 0)
+        knowledge.still[:] = np.where(self.standing, STILL_STEPS, STILL_STEPS - 1)
         return knowledge
 
     def fill(self, minds: Minds) -> None:
@@ -108,11 +111,22 @@ class Place:
         minds.own["target"] = np.maximum(self.goals, -1)
         minds.own["mode"] = np.where(self.goals == STATION, CHARGE, 0)
 
-    def graph(self, price: NDArray[np.int16], start: int) -> nx.DiGraph:
+    def round_robots(self, home: bool) -> Integers:
+        """What others add to the price of each cell, on the way home or out."""
+        other_way = (self.goals == STATION) != home
+        more = np.where(self.standing, 3000, np.where(other_way, 2000, 0))
+        added = np.zeros(self.frame.shape, dtype=np.int64)
+        for cell, extra in zip(self.starts.tolist(), more.tolist(), strict=True):
+            row, col = divmod(cell, self.frame.columns)
+            near = added[max(0, row - 1) : row + 2, max(0, col - 1) : col + 2]
+            np.maximum(near, extra, out=near)
+        return added.ravel()
+
+    def graph(self, price: NDArray[np.int16], start: int, goal: int = 0) -> nx.DiGraph:
         """All moves that are allowed, and what they cost, from one robot's point of view."""
         per_metre = price.astype(np.int64) + RULES[self.rule]
         per_metre[price < 0] = 1000 + RULES[self.rule]
-        per_metre[np.unique(self.starts[self.standing])] += 3000
+        per_metre += self.round_robots(goal == STATION)
         lengths = costs_for(self.rule, self.frame.cell_m)
         open_ = (price >= 0).reshape(self.frame.shape)
         graph = nx.DiGraph()
@@ -181,7 +195,7 @@ def test_routes_are_optimal_and_lead_from_cell_to_cell(place: Place) -> None:
     price = grids.price[0]
     table = planner.table
     for i, start in enumerate(place.starts.tolist()):
-        graph = place.graph(price, start)
+        graph = place.graph(price, start, int(place.goals[i]))
         ends = [cell for cell in place.goal_cells(i) if price[cell] >= 0]
         best = nx.single_source_dijkstra_path_length(graph, start, weight="cost")
         reachable = [best[cell] for cell in ends if cell in best]
@@ -225,7 +239,8 @@ def test_a_route_does_not_depend_on_who_else_asks(place: Place) -> None:
 @given(places, st.integers(0, 2**32 - 1))
 def test_route_costs_from_a_cell_equal_dijkstra(place: Place, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    place.standing[:] = False
+    # The costs between candidates know of no robots.
+    place.standing[:], place.goals[:] = False, 0
     grids = maps_of(place.frame, place.evidence, 1)
     planner = place.planner()
     start = int(place.starts[0])
@@ -256,7 +271,7 @@ def test_a_search_leaves_nothing_behind_for_the_next() -> None:
     first = planner.costs_from(grids, 0, int(place.starts[0]), targets)
     minds = blank_minds(len(place.starts))
     place.fill(minds)
-    planner.plan(minds, place.knowledge(minds, grids), 1, EventLog(len(minds)))
+    planner.plan(minds, place.knowledge(minds, grids), 7, EventLog(len(minds)))
     again = planner.costs_from(grids, 0, int(place.starts[0]), targets)
     assert np.array_equal(first, again)
 
@@ -290,20 +305,39 @@ def test_a_robot_in_an_occupied_cell_gets_out_but_nobody_passes_it() -> None:
     assert planner.table.state["length"][1] == 0
 
 
-def test_robots_that_stand_for_long_are_driven_round() -> None:
-    place = place_from("..... ..... .....", (1, 4), (1, 0), (1, 2))
+HALL = " ".join(["." * 9] * 7)
+
+
+def test_robots_that_stand_are_driven_round_with_room_for_a_body() -> None:
+    place = place_from(HALL, (3, 8), (3, 0), (3, 4))
     place.goals[1] = -1
     planner, _, _ = place.plan()
-    assert planner.table.ahead(0).tolist() == [6, 7, 8, 9]
+    assert planner.table.ahead(0).tolist() == list(range(28, 36))
     place.standing[1] = True
     planner, _, _ = place.plan()
-    assert 7 not in planner.table.ahead(0)
+    rows, columns = np.divmod(planner.table.ahead(0), 9)
+    assert not ((np.abs(rows - 3) <= 1) & (np.abs(columns - 4) <= 1)).any()
     # But where there is no other way, the way leads past it.
     corridor = place_from(".....", (0, 4), (0, 0), (0, 2))
     corridor.goals[1] = -1
     corridor.standing[1] = True
     planner, _, _ = corridor.plan()
     assert planner.table.ahead(0).tolist() == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("goes_home", [False, True])
+def test_ways_out_and_ways_home_part(goes_home: bool) -> None:
+    place = place_from(HALL, (3, 8), (3, 0), (3, 3), (3, 5))
+    place.stations_m = np.array([place.frame.centre_of(3, 8)])
+    if goes_home:
+        place.goals[0] = STATION
+    same, other = place.goals[0], -1 if goes_home else STATION
+    place.goals[1:] = same
+    planner, _, _ = place.plan(who=[0])
+    assert 31 in planner.table.ahead(0)
+    place.goals[1:] = other
+    planner, _, _ = place.plan(who=[0])
+    assert 31 not in planner.table.ahead(0)
 
 
 def test_of_several_stations_the_nearest_by_route_is_taken() -> None:

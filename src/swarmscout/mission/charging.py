@@ -15,7 +15,7 @@ STEPS_PER_METRE = 1.55
 RESERVE_STEPS = 40.0
 """Steps to spare, …"""
 
-CROWD_STEPS = 0.5
+CROWD_STEPS = 0.4
 """… and for each robot of the swarm, up to `CROWD`: they meet on the way and at the station."""
 
 CROWD = 120

@@ -43,7 +43,7 @@ from swarmscout.worlds.world import World
 
 __all__ = ["RULES_VERSION", "Mission"]
 
-RULES_VERSION = 3
+RULES_VERSION = 4
 """Goes up when behaviour changes on purpose, so that old results are not compared with new ones."""
 
 

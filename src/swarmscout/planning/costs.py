@@ -20,8 +20,9 @@ class RouteCosts:
         base: added to the price of every cell, in 1/1000: 1000 for "length", 0 for "probability".
         least: the lowest price of a cell without the base, in 1/1000 (for the heuristic).
         beside: added to the price of a cell in which a body may touch something occupied.
-        standing: added to the price of a cell in which a robot is known to stand for long; four
-            times as much if it is not heard any more, for it may have no charge left.
+        standing: added to the price of the cells round a robot that is known to stand; four times
+            as much if it is not heard any more, for it may have no charge left, and two thirds for
+            one that drives home while the route leads out, or out while it leads home.
         station: added to the price of a cell in which others charge, for who does not.
         unproven: added, on the way to a station, to the price of a cell that is not known to be
             free …

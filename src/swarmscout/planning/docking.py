@@ -1,14 +1,9 @@
-"""Charging: when the way home asks for it, at which station, and at which place there.
+"""Charging: at which station, and at which place there.
 
-A robot knows a way to a station that is no longer than the one it last looked up and what it has
-driven since, for it can drive back as it came. Only when its charge would not suffice for that
-does it look the way up again, on its own map. So few searches are needed, and those of robots with
-the same map are one, since all look in the same steps.
-
-Of several stations it takes the one with the least sum of way and queue, from what it has heard of
-robots that charge or go to charge. Near it, it takes a place inside the range that no other robot
-has taken; where two took the same in one step, the one with more charge takes another. If
-there is none it waits where it is, and those with the least charge go first.
+Of several stations a robot takes the one with the least sum of way and queue, from what it has
+heard of robots that charge or go to charge. Near it, it takes a place inside the range that no
+other robot has taken; where two took the same in one step, the one with more charge takes another.
+If there is none it waits where it is, and those with the least charge go first.
 """
 
 from __future__ import annotations
@@ -18,21 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.cells import cell_of, offset
-from swarmscout.core.enums import CHARGE, EXPLORE, FORWARD, NO_CONTACT
+from swarmscout.core.cells import offset
+from swarmscout.core.enums import CHARGE
 from swarmscout.core.grid import GRID, GridFrame
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import TIGHT
-from swarmscout.planning.route_table import NO_PLACE, NOWHERE, STATION, WAITS
+from swarmscout.planning.route_table import NEAREST, NO_PLACE, STATION, WAITS
 
 __all__ = [
     "DOCKING",
     "ChargingRules",
-    "ask_ways",
     "choose_places",
     "docking_rules",
     "take_stations",
-    "take_ways",
     "weigh_stations",
 ]
 
@@ -52,9 +45,6 @@ DOCKING = np.dtype(
 )
 """How robots get to a station and to a place there."""
 
-LOOK_EVERY = 5
-"""Robots look their way home up in the same steps, so that one search serves many."""
-
 IN_THE_WAY = 4
 """A robot that is silent near a station weighs as much as this many that charge there."""
 
@@ -64,8 +54,12 @@ HEARD_STEPS = 50
 STANDS_STEPS = 3
 """A robot that has not moved for so long keeps the places round it taken."""
 
-CROWD_M = 1.0
-"""Each robot at a station, or on its way there, counts as much as so much more way."""
+CROWD_M = 2.0
+"""Each robot at a station, or on its way there, counts as much as so much more way: a station that
+many come to at once jams, since those that have charged do not get out."""
+
+FULL_TIMES = 3
+"""If half of the places are taken or claimed, each further robot counts so many times more."""
 
 NEAR_M = 1.5
 """So far outside the range robots take a place, or wait for one."""
@@ -115,70 +109,6 @@ def docking_rules(
 
 
 @kernel
-def ask_ways(own, ear, action, contact, home, rules, step):  # type: ignore[no-untyped-def]
-    """Keep account of each robot's way home, and find out who has to look it up again.
-
-    Args:
-        own: MIND[N], `way_m` is written; ear: int64[N], see ``Knowledge``.
-        action, contact: int64[N], what each robot did last, and what it felt.
-        home: ROUTE[N], written: the ways that are looked up.
-        rules: DOCKING[1]; step: the current step.
-
-    Returns:
-        How many robots look.
-    """
-    rules = rules[0]
-    asks = 0
-    for i in range(own.shape[0]):
-        me = own[i]
-        route = home[i]
-        route.need = 0
-        if not me.thinks:
-            continue
-        if me.mode != EXPLORE:
-            # It will explore again when it has charged, and is at a station then.
-            me.way_m = rules.range_m
-            continue
-        if action[i] == FORWARD and contact[i] == NO_CONTACT:
-            me.way_m += rules.forward_m
-        needed = me.way_m * rules.share_per_m + rules.share_reserve
-        if step % LOOK_EVERY == 0 and me.charge < needed:
-            route.need = 1
-            route.wanted = STATION
-            route.here = cell_of(me.x_m, me.y_m, rules)
-            route.map = ear[i]
-            route.end = -1
-            route.goal = NOWHERE
-            asks += 1
-    return asks
-
-
-@kernel
-def take_ways(own, home, stations):  # type: ignore[no-untyped-def]
-    """Take over the ways that were looked up.
-
-    Args:
-        own: MIND[N], `way_m` is written.
-        home: ROUTE[N], see :func:`ask_ways`.
-        stations: float64[k, 2].
-    """
-    for i in range(own.shape[0]):
-        route = home[i]
-        if route.goal != STATION:
-            continue
-        route.goal = NOWHERE
-        me = own[i]
-        if route.cost >= 0:
-            me.way_m = route.way_mm / 1000.0
-        elif me.way_m == np.inf:
-            # Its map shows no way yet: twice the straight one, until it has seen more.
-            for s in range(stations.shape[0]):
-                dx = stations[s, 0] - me.x_m
-                dy = stations[s, 1] - me.y_m
-                me.way_m = min(me.way_m, 2.0 * (dx * dx + dy * dy) ** 0.5)
-
-
-@kernel
 def weigh_stations(heard, routes, status, stations, places, queues, rules, step):  # type: ignore[no-untyped-def]
     """What queueing at each station costs, as the robots know that look for one.
 
@@ -193,11 +123,12 @@ def weigh_stations(heard, routes, status, stations, places, queues, rules, step)
     if stations.shape[0] == 0:
         return
     for i in range(routes.shape[0]):
-        if routes[i].need == 1 and routes[i].wanted == STATION:
+        if routes[i].need == 1 and NEAREST <= routes[i].wanted <= STATION:
             queues[routes[i].map, 0] = -1
     for i in range(routes.shape[0]):
         m = routes[i].map
-        if routes[i].need != 1 or routes[i].wanted != STATION or queues[m, 0] >= 0:
+        looks = routes[i].need == 1 and NEAREST <= routes[i].wanted <= STATION
+        if not looks or queues[m, 0] >= 0:
             continue
         queues[m] = 0
         for j in range(heard.shape[1]):
@@ -217,7 +148,7 @@ def weigh_stations(heard, routes, status, stations, places, queues, rules, step)
             room = 0
             for cell in places[s]:
                 room += cell >= 0 and not status[m, cell] & TIGHT
-            queues[m, s] = load * rules.crowd
+            queues[m, s] = (load + FULL_TIMES * max(0, load - room // 2)) * rules.crowd
             queues[m, s] += max(0, load + 1 - room) * rules.wait // max(1, room)
 
 
@@ -234,7 +165,7 @@ def take_stations(own, routes, docks, queues):  # type: ignore[no-untyped-def]
         route = routes[i]
         if me.mode != CHARGE:
             continue
-        if route.goal < STATION and route.failed_until > 0:
+        if route.goal < NEAREST and route.failed_until > 0:
             # No way leads there: next time it asks for any.
             me.station = -1
         if route.goal != STATION or route.cost < 0:
@@ -245,7 +176,7 @@ def take_stations(own, routes, docks, queues):  # type: ignore[no-untyped-def]
                 me.station < 0 or queues[route.map, s] < queues[route.map, me.station]
             ):
                 me.station = s
-        route.goal = STATION - 1 - me.station
+        route.goal = NEAREST - 1 - me.station
 
 
 @inlined

@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from swarmscout.core.cells import cell_at, cell_of, offset
+from swarmscout.core.cells import cell_of, offset
 from swarmscout.core.enums import CHARGE, NO_CONTACT, OCCUPIED, STOP, WALL_CONTACT
 from swarmscout.core.grid import GRID
 from swarmscout.core.jit import inlined, kernel
@@ -25,12 +25,11 @@ from swarmscout.mapping.footprint import LABEL_BITS, TIGHT
 from swarmscout.mapping.occupancy import CLOSED
 from swarmscout.planning.route_table import NOWHERE, station_goal
 
-__all__ = ["DRIVING", "find_needs", "mark_standing", "steer"]
+__all__ = ["DRIVING", "find_needs", "steer"]
 
 DRIVING = np.dtype(
     [
         *GRID.descr,  # the frame of the map
-        ("long_still", "i8"),  # robots that have not moved for this many steps make routes dearer
         ("radius_m", "f8"),  # the robots' body
         ("forward_m", "f8"),
         ("still_m", "f8"),  # a robot that stays within this distance stands
@@ -114,28 +113,6 @@ def _lane_is_free(status, x, y, dx, dy, half_width_m, grid):  # type: ignore[no-
         if not _line_is_free(status, u, v, du, dv, grid, side == 0.0):
             return False
     return True
-
-
-@kernel
-def mark_standing(heard, still, rows, grid, step, standing):  # type: ignore[no-untyped-def]
-    """List the cells in which robots are known to stand for long.
-
-    Args:
-        heard: BEACON[R, N], still: int64[R, N], rows: int64[A]: see ``Knowledge``.
-        grid: DRIVING[1]; step: the current step.
-        standing: int64[R, N], written for the rows in use: flat cells, or -1; -2 - cell for robots
-            that have not been heard for long.
-    """
-    grid = grid[0]
-    for r in rows:
-        for j in range(heard.shape[1]):
-            standing[r, j] = -1
-            if still[r, j] >= grid.long_still:
-                row, col = cell_at(heard[r, j].x_m, heard[r, j].y_m, grid)
-                if 0 <= row < grid.rows and 0 <= col < grid.columns:
-                    cell = row * grid.columns + col
-                    silent = heard[r, j].step < step - grid.long_still
-                    standing[r, j] = -2 - cell if silent else cell
 
 
 @inlined

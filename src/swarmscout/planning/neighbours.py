@@ -9,10 +9,12 @@ import math
 
 import numpy as np
 
+from swarmscout.core.cells import cell_of
 from swarmscout.core.enums import CHARGE
 from swarmscout.core.grid import GRID
 from swarmscout.core.jit import inlined
 from swarmscout.core.segments import way_distance2
+from swarmscout.mapping.footprint import STATION_ZONE
 
 __all__ = [
     "ALONE",
@@ -200,13 +202,13 @@ def _list_near(me, chain, seen, around, i, reach, rules):  # type: ignore[no-unt
 
 
 @inlined
-def look_round(me, heard, chain, seen, around, near, i, step, headings, rules):  # type: ignore[no-untyped-def]
+def look_round(me, heard, status, chain, seen, around, near, i, step, headings, rules):  # type: ignore[no-untyped-def]
     """List the robots near robot i, and what it expects of those it can meet.
 
     In a dense crowd it looks less far.
 
     Args:
-        heard, chain, seen: of :func:`fill_buckets`.
+        heard, chain, seen: of :func:`fill_buckets`. status: uint8[C'], of the robot's map.
         around: int64[MOST_NEAR + 1], written: the robots that are near.
         near: NEIGHBOUR[MOST_NEAR + 1], written: those that it can meet in the moves looked ahead.
 
@@ -229,8 +231,10 @@ def look_round(me, heard, chain, seen, around, near, i, step, headings, rules): 
             _expect(seen[j], heard[j], step, headings, rules)
         first = _rank(j, shift, robots) < rank
         if seen[j].charges != charges:
-            # Who has to charge cannot wait.
-            first = seen[j].charges
+            # Who has to charge cannot wait; but who has charged leaves before others come in.
+            explorer = heard[i] if seen[j].charges else heard[j]
+            leaves = status[cell_of(explorer.x_m, explorer.y_m, rules)] & STATION_ZONE != 0
+            first = seen[j].charges != leaves
         near[met] = seen[j]
         near[met].first = first
         met += _can_be_met(seen[j], first, me.x_m, me.y_m, rules)

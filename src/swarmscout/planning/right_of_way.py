@@ -279,10 +279,8 @@ def _drive(me, status, route, heard, around, near, i, step, headings, rules):  #
     me.aim = heading
     if free == most:
         return _turn_or_drive(turns)
-    lost = max(me.still, route.idle // 2)
-    if me.mode == CHARGE:
-        # It cannot spare charge to make room: the others do.
-        lost = me.still - 2 * PATIENCE_STEPS
+    # Who goes to charge makes no room: where it insists, those that have charged get out behind.
+    lost = max(me.still, route.idle // 2) if me.mode != CHARGE else 0
     if free == 0 and lost >= PATIENCE_STEPS + (i + step) % PATIENCE_STEPS:
         back, moves = _way_back(me, status, route, heard, around, near, step, headings, rules)
         if moves > 0:
@@ -326,7 +324,9 @@ def _look_and_drive(  # type: ignore[no-untyped-def]
     me, status, route, heard, chain, seen, around, near, i, step, headings, rules
 ):
     """One robot's action among those that it knows near it."""
-    n, met = look_round(me, heard, chain, seen, around, near, i, step, headings, rules)
+    n, met = look_round(
+        me, heard, status, chain, seen, around, near, i, step, headings, rules
+    )  # fmt: skip
     return _drive(me, status, route, heard, around[:n], near[:met], i, step, headings, rules)
 
 

@@ -11,6 +11,7 @@ from swarmscout.core.jit import allocating, inlined
 
 __all__ = [
     "BUMPS",
+    "NEAREST",
     "NOWHERE",
     "NO_PLACE",
     "ROUTE",
@@ -64,7 +65,9 @@ ROUTE = np.dtype(
 
 NOWHERE = -1
 STATION = -2
-"""As a goal: the best charging station by way and queue; STATION - 1 - s is station s alone."""
+"""As a goal: the best charging station by way and queue; NEAREST - 1 - s is station s alone."""
+NEAREST = -3
+"""As a goal: the nearest charging station, whoever queues there."""
 
 NO_PLACE = -1
 """As a robot's place at its station: none yet."""
@@ -82,7 +85,7 @@ def station_goal(me):  # type: ignore[no-untyped-def]
         return me.place
     if me.place == WAITS:
         return NOWHERE
-    return STATION if me.station < 0 else STATION - 1 - me.station
+    return STATION if me.station < 0 else NEAREST - 1 - me.station
 
 
 @allocating

@@ -15,16 +15,13 @@ from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import Minds
 from swarmscout.planning.costs import RouteCosts
 from swarmscout.planning.docking import (
-    LOOK_EVERY,
     ChargingRules,
-    ask_ways,
     choose_places,
     docking_rules,
     take_stations,
-    take_ways,
     weigh_stations,
 )
-from swarmscout.planning.following import DRIVING, find_needs, mark_standing, steer
+from swarmscout.planning.following import DRIVING, find_needs, steer
 from swarmscout.planning.neighbours import RIGHTS
 from swarmscout.planning.places import dock_cells, lay_places
 from swarmscout.planning.reachability import find_connected
@@ -32,11 +29,10 @@ from swarmscout.planning.right_of_way import keep_clear
 from swarmscout.planning.route_table import STATION, RouteTable, blank_routes
 from swarmscout.planning.search import plan_routes, route_cost_field
 from swarmscout.planning.search_memory import Search
+from swarmscout.planning.tolls import mark_robots
+from swarmscout.planning.way_home import LOOK_EVERY, ask_ways, take_nearest, take_ways
 
 __all__ = ["Planner", "Vehicle"]
-
-LONG_STILL_STEPS = 10
-"""A robot that has not moved for this many steps makes routes through its place dearer."""
 
 PROGRESS_M = 0.5
 """A robot has made progress once this much less of its route is left."""
@@ -104,7 +100,7 @@ class Planner:
         self._home_search = Search(frame, replace(costs, station=0), self._search)
         self._home = blank_routes(robots, longest=1)
         self._grids: OccupancyGrids | None = None
-        self._standing = np.full((1, robots), -1, dtype=np.int64)
+        self._marks = np.full((1, robots), -1, dtype=np.int64)
         self._docks = dock_cells(frame, stations_m)
         self._queues = np.zeros((1, max(1, len(stations_m))), dtype=np.int64)
         self.charging = charging = charging or ChargingRules()
@@ -119,7 +115,6 @@ class Planner:
         self._grid = np.zeros(1, dtype=DRIVING)
         grid = self._grid[0]
         frame.write_into(grid)
-        grid["long_still"] = LONG_STILL_STEPS
         grid["radius_m"], grid["forward_m"] = vehicle.radius_m, vehicle.forward_m
         grid["still_m"] = max(2.0 * vehicle.radius_m, 1.5 * vehicle.forward_m)
         grid["progress_cells"] = max(1, round(PROGRESS_M / frame.cell_m))
@@ -154,7 +149,7 @@ class Planner:
             self._grid, step,
         )  # fmt: skip
         if needs:
-            self._mark_standing(knowledge, step)
+            self._mark_robots(knowledge, step)
         if needs and (table.state["wanted"][table.state["need"] == 1] > STATION).any():
             self._plan(self._search, knowledge, table, step, events.rows)
         if needs and (table.state["need"] == 1).any():
@@ -170,10 +165,10 @@ class Planner:
         contact: NDArray[np.int64],
         step: int,
     ) -> bool:
-        """Robots whose charge may not suffice for the way to a station look that up.
+        """Robots whose charge may not suffice for the way to a station look for the best one.
 
         Args:
-            minds: `way_m` is written.
+            minds: `way_m` and `station` are written.
             knowledge: what robots know.
             action, contact: int64[N], what each robot did last, and what it felt.
             step: the current step.
@@ -181,23 +176,24 @@ class Planner:
         Returns:
             Whether ways are up to date for all whose charge may not suffice.
         """
-        home = self._home
-        asks = ask_ways(minds.own, knowledge.ear, action, contact, home.state, self._rules, step)
+        home, routes = self._home, self.table.state
+        asks = ask_ways(
+            minds.own, knowledge.ear, action, contact, routes, home.state, self._rules, step
+        )
         if asks:
-            self._mark_standing(knowledge, step)
+            self._mark_robots(knowledge, step)
             nobody_hears = np.zeros(1, dtype=EVENT)
             self._plan(self._home_search, knowledge, home, step, nobody_hears)
             take_ways(minds.own, home.state, self.stations_m)
+            take_nearest(minds.own, home.state, routes, self._docks, self._rules)
         return step % LOOK_EVERY == 0
 
-    def _mark_standing(self, knowledge: Knowledge, step: int) -> None:
-        """Bring up to date where robots stand, for the searches of this step."""
-        if len(self._standing) < len(knowledge.heard):
-            self._standing = np.full(knowledge.still.shape, -1, dtype=np.int64)
+    def _mark_robots(self, knowledge: Knowledge, step: int) -> None:
+        """Bring up to date where robots are, for the searches of this step."""
+        if len(self._marks) < len(knowledge.heard):
+            self._marks = np.full(knowledge.still.shape, -1, dtype=np.int64)
             self._queues = np.zeros((len(knowledge.heard), self._queues.shape[1]), dtype=np.int64)
-        mark_standing(
-            knowledge.heard, knowledge.still, knowledge.rows, self._grid, step, self._standing
-        )
+        mark_robots(knowledge.heard, knowledge.still, knowledge.rows, self._grid, step, self._marks)
 
     def _plan(
         self,
@@ -217,7 +213,7 @@ class Planner:
         reach = np.array([grids.footprint.entry_cells, grids.footprint.exit_cells])
         plan_routes(
             grids.price, grids.status, grids.bounds, grids.changed, search.toll, search.nodes,
-            search.buckets, search.regions, search.state, self._standing, self._docks,
+            search.buckets, search.regions, search.state, self._marks, self._docks,
             self._queues, reach, table.state, table.cells, step, events,
         )  # fmt: skip
 

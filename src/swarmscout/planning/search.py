@@ -2,8 +2,8 @@
 
 Moves go to the 8 neighbours. A move costs its length times the mean price of the two cells, where a
 cell's price per metre is 1 + p ("length") or p alone ("probability", the paper to the letter).
-Deviation: the scenario ``paper`` takes 1 + p, so that well-seen cells are not almost free; and a
-cell in which a robot is known to stand for long is dearer.
+Deviation: the scenario ``paper`` takes 1 + p, so that well-seen cells are not almost free; and
+cells round a robot that is known to stand, or to drive the other way, are dearer.
 Cells without room for a body are impassable, those in which it may touch a wall are dearer, and
 corners are not cut. Costs are integers, so optimal is exact. A goal beside a wall, as frontier
 cells often are, stands for the nearest cell clear of walls.
@@ -28,9 +28,9 @@ from swarmscout.core.events import note
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import enter, get_out
 from swarmscout.planning.far_routes import plan_far
-from swarmscout.planning.route_table import STATION, by_goal
+from swarmscout.planning.route_table import NEAREST, STATION, by_goal
 from swarmscout.planning.spread import FLAG_BITS, SETTLED, START, flags_of, read_off, spread
-from swarmscout.planning.tolls import fill_tolls, padded, toll_standing
+from swarmscout.planning.tolls import fill_tolls, padded, toll_robots, untoll_robots
 
 __all__ = ["plan_routes", "route_cost_field"]
 
@@ -92,7 +92,7 @@ def _name_docks(routes, group, docks, entries, queues):  # type: ignore[no-untyp
 
 @kernel
 def plan_routes(  # type: ignore[no-untyped-def]
-    price, status, bounds, changed, toll, nodes, buckets, regions, state, standing, docks, queues,
+    price, status, bounds, changed, toll, nodes, buckets, regions, state, marks, docks, queues,
     reach, routes, cells, step, events,
 ):  # fmt: skip
     """Plan a route for every robot that needs one, to a cell or to a station (`state[0].home`).
@@ -101,7 +101,7 @@ def plan_routes(  # type: ignore[no-untyped-def]
         price: int16[R, C], status: uint8[R, C'], bounds: int64[R, 2], changed: int64[R, T]: see
             ``OccupancyGrids``.
         toll, nodes, buckets, regions, state: scratch, see ``Search``.
-        standing: int64[R, N], cells in which robots stand for long, see ``mark_standing``.
+        marks: int64[R, N], where robots are, see ``mark_robots``.
         docks: int64[k, 2], cells near the charging stations, and which station each is near.
         queues: int64[R, S], what queueing at each station costs: of those that are free to choose,
             robots take the one with the least sum of way and queue.
@@ -128,9 +128,11 @@ def plan_routes(  # type: ignore[no-untyped-def]
         m = routes[i].map
         if m != loaded:
             if loaded >= 0:
-                toll_standing(price[loaded], status[loaded], toll, standing[loaded], search, 0)
+                untoll_robots(
+                    price[loaded], status[loaded], toll, marks[loaded], regions.labelled, search
+                )
             fill_tolls(m, price, status, bounds, changed, toll, regions.labelled, search)
-            toll_standing(price[m], status[m], toll, standing[m], search, search.standing)
+            toll_robots(price[m], status[m], toll, marks[m], regions.labelled, search)
             for d in range(docks.shape[0] if search.home else 0):
                 entries[d] = enter(status[m], docks[d, 0], rows, columns, reach[0])
             loaded = m
@@ -139,7 +141,7 @@ def plan_routes(  # type: ignore[no-untyped-def]
             seed = (
                 entries[d] if goal <= STATION else enter(status[m], goal, rows, columns, reach[0])
             )
-            other = goal < STATION and docks[d, 1] != STATION - 1 - goal
+            other = goal < NEAREST and docks[d, 1] != NEAREST - 1 - goal
             if seed >= 0 and not other:
                 seeds[n] = padded(seed, columns)
                 costs[n] = queues[m, docks[d, 1]] if goal == STATION else 0
@@ -156,10 +158,10 @@ def plan_routes(  # type: ignore[no-untyped-def]
         waiting = _start_all(nodes, routes, group, search, box)
         spread(toll, nodes, buckets, seeds[:n], costs, waiting, box, search)
         _read_all(price[m], toll, nodes, routes, cells, group, search, step, events)
-        if goal == STATION:
+        if goal in (STATION, NEAREST):
             _name_docks(routes, group, docks, entries, queues[m])
     if loaded >= 0:
-        toll_standing(price[loaded], status[loaded], toll, standing[loaded], search, 0)
+        untoll_robots(price[loaded], status[loaded], toll, marks[loaded], regions.labelled, search)
 
 
 @kernel

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-from swarmscout.core.jit import inlined
+from swarmscout.core.cells import cell_at
+from swarmscout.core.enums import CHARGE
+from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import BESIDE, STATION_ZONE, TIGHT
 from swarmscout.mapping.occupancy import TILE
 
-__all__ = ["fill_tolls", "padded", "toll_standing"]
+__all__ = ["STILL_STEPS", "fill_tolls", "mark_robots", "padded", "toll_robots", "untoll_robots"]
+
+STILL_STEPS = 3
+"""A robot that has not moved for so many steps stands."""
+
+SILENT_STEPS = 10
+"""One that has not been heard for so long may have no charge left, and stand there for good."""
+
+STANDS, SILENT, EXPLORES, CHARGES = 0, 1, 2, 3
+KINDS = 4
 
 
 @inlined
@@ -70,15 +81,79 @@ def fill_tolls(m, price, status, bounds, changed, toll, labelled, search):  # ty
     search.filled_high = bounds[m, 1]
 
 
+@kernel
+def mark_robots(heard, still, rows, grid, step, marks):  # type: ignore[no-untyped-def]
+    """List where robots are known to be, and whether they stand there or drive.
+
+    Args:
+        heard: BEACON[R, N], still: int64[R, N], rows: int64[A]: see ``Knowledge``.
+        grid: DRIVING[1]; step: the current step.
+        marks: int64[R, N], written for the rows in use: cell * KINDS + kind, or -1.
+    """
+    grid = grid[0]
+    for r in rows:
+        for j in range(heard.shape[1]):
+            marks[r, j] = -1
+            other = heard[r, j]
+            if other.step == step:
+                kind = CHARGES if other.mode == CHARGE else EXPLORES
+                if still[r, j] >= STILL_STEPS:
+                    kind = STANDS
+            elif other.step >= 0 and step - other.step > SILENT_STEPS:
+                kind = SILENT
+            else:
+                continue
+            row, col = cell_at(other.x_m, other.y_m, grid)
+            if 0 <= row < grid.rows and 0 <= col < grid.columns:
+                marks[r, j] = (row * grid.columns + col) * KINDS + kind
+
+
 @inlined
-def toll_standing(price, status, toll, standing, search, more):  # type: ignore[no-untyped-def]
-    """Make the cells in which robots stand for long dearer, or put them back (`more` = 0)."""
-    for e in range(standing.shape[0]):
-        cell = standing[e]
-        extra = more
-        if cell < -1:
-            cell = -2 - cell
-            extra = 4 * more
-        if cell >= 0:
-            fresh = _toll(price, status, cell, search)
-            toll[padded(cell, search.columns)] = fresh + (extra if fresh >= 0 else -extra)
+def _extra(kind, search):  # type: ignore[no-untyped-def]
+    """What a robot adds to the toll of the cells round it."""
+    if kind == SILENT:
+        return 4 * search.standing
+    if kind == STANDS:
+        return search.standing
+    # To keep out of the way of those who drive the other way parts the ways out and home.
+    return 2 * search.standing // 3 if (kind == EXPLORES) == search.home else 0
+
+
+@inlined
+def toll_robots(price, status, toll, marks, labelled, search):  # type: ignore[no-untyped-def]
+    """Make the cells dearer in which robots are, and those round them.
+
+    A body lies anywhere in its cell, and often leaves no room for another in the next one.
+    """
+    width = search.columns + 2
+    tiles = (search.columns + TILE - 1) // TILE
+    for mark in marks:
+        extra = _extra(mark % KINDS, search) if mark >= 0 else 0
+        if extra == 0:
+            continue
+        row, col = mark // KINDS // search.columns, mark // KINDS % search.columns
+        for near_row in range(max(0, row - 1), min(price.shape[0] // search.columns, row + 2)):
+            for near_col in range(max(0, col - 1), min(search.columns, col + 2)):
+                labelled[near_row // TILE * tiles + near_col // TILE] = False
+                fresh = _toll(price, status, near_row * search.columns + near_col, search)
+                at = (near_row + 1) * width + near_col + 1
+                if fresh >= 0:
+                    toll[at] = max(toll[at], fresh + extra)
+                else:
+                    toll[at] = min(toll[at], fresh - extra)
+
+
+@inlined
+def untoll_robots(price, status, toll, marks, labelled, search):  # type: ignore[no-untyped-def]
+    """Put the tolls back that `toll_robots` has changed."""
+    width = search.columns + 2
+    tiles = (search.columns + TILE - 1) // TILE
+    for mark in marks:
+        if mark < 0 or _extra(mark % KINDS, search) == 0:
+            continue
+        row, col = mark // KINDS // search.columns, mark // KINDS % search.columns
+        for near_row in range(max(0, row - 1), min(price.shape[0] // search.columns, row + 2)):
+            for near_col in range(max(0, col - 1), min(search.columns, col + 2)):
+                labelled[near_row // TILE * tiles + near_col // TILE] = False
+                near = near_row * search.columns + near_col
+                toll[(near_row + 1) * width + near_col + 1] = _toll(price, status, near, search)
