@@ -81,7 +81,7 @@ def test_leaders_ask_at_the_same_time_and_speed_changes_nothing() -> None:
     def slow_for_some(number: int, body: dict[str, Any]) -> str:
         return "slow:0.1" if number % 2 else "slow:0.02"
 
-    given = {"robots": 15, "start": "spread", "teams": {"d_join_m": 0.0}, "steps": 40}
+    given = {"robots": 25, "start": "spread", "teams": {"d_join_m": 0.0}, "steps": 40}
     found = []
     with serving("slow:0.05") as server:
         found.append(state(scenario(server.url, **given)))
