@@ -1,4 +1,7 @@
-"""Routes that lead far, planned in parts over the regions of the map: see ``regions``."""
+"""Routes that lead far, planned in parts over the regions of the map: see ``regions``.
+
+Deviation: the paper plans each route as a whole.
+"""
 
 from __future__ import annotations
 
