@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from known import knowledge_of
 from known import place as put
 from numpy.typing import NDArray
-from test_route_search import VEHICLE, costs_for, maps_of
+from test_route_search import MODEL, VEHICLE, costs_for, maps_of
 
 from swarmscout.core.events import EventLog
 from swarmscout.core.grid import GridFrame
-from swarmscout.mapping.footprint import TIGHT
+from swarmscout.mapping.footprint import TIGHT, Footprint
 from swarmscout.mapping.occupancy import OccupancyGrids
 from swarmscout.minds.minds import blank_minds
 from swarmscout.planning.routes import Planner
@@ -121,18 +121,23 @@ def test_what_others_ask_does_not_change_a_route() -> None:
     assert together.table.state["way_mm"][0] == alone.table.state["way_mm"][0]
 
 
-@settings(max_examples=20)
-@given(st.integers(0, 2**32 - 1))
-def test_tolls_follow_the_map(seed: int) -> None:
+@settings(max_examples=100)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.4, 1.5]))
+def test_tolls_follow_the_map(seed: int, radius_m: float) -> None:
     rng = np.random.default_rng(seed)
-    frame = GridFrame(0.0, 0.0, 0.5, int(rng.integers(1, 90)), int(rng.integers(1, 90)))
-    grids = maps_of(frame, np.zeros(frame.size, dtype=np.int64), 2)
+    frame = GridFrame(0.0, 0.0, 0.5, *rng.integers(1, 90, 2).tolist())
+    # Some change cells at the corner of four tiles alone.
+    where = np.arange(frame.size)
+    if rng.random() < 0.7 and min(frame.shape) > 40:
+        where = where.reshape(frame.shape)[28:36, 28:36].ravel()
+    footprint = Footprint.of_disc(radius_m, frame.cell_m, 0.0) if radius_m else None
+    grids = OccupancyGrids(frame, 2, MODEL, 8, footprint)
     planner = Planner(frame, 1, costs_for("length"), np.zeros((0, 2)), VEHICLE)
-    for _ in range(5):
+    for _ in range(12):
         m = int(rng.integers(2))
         if rng.random() < 0.3:
             grids.copy_row(1 - m, m)
-        cells = rng.integers(0, frame.size, (1, 12))
+        cells = rng.choice(where, (1, 12))
         increments = rng.integers(-3000, 3000, (1, 12))
         low = np.zeros(1, dtype=np.int64)
         grids.apply(m, cells, increments, low, low + int(rng.integers(1, 13)))
@@ -141,3 +146,18 @@ def test_tolls_follow_the_map(seed: int) -> None:
         fresh = Planner(frame, 1, costs_for("length"), np.zeros((0, 2)), VEHICLE)
         fresh.costs_from(grids, asked, 0, np.array([frame.size - 1]))
         assert np.array_equal(planner._search.toll, fresh._search.toll)
+
+
+def test_tolls_follow_a_footprint_that_grows_along_one_row_alone() -> None:
+    frame = GridFrame(0.0, 0.0, 0.5, 70, 70)
+    grids = OccupancyGrids(frame, 1, MODEL, 8, Footprint.of_disc(0.4, frame.cell_m, 0.0))
+    planner = Planner(frame, 1, costs_for("length"), np.zeros((0, 2)), VEHICLE)
+    low = np.zeros(1, dtype=np.int64)
+    # What the last wall adds in the rows above and below it, those before have closed already.
+    for row in (8, 12, 10):
+        cells = np.array([[frame.flat(row, 31)]])
+        grids.apply(0, cells, np.full((1, 1), 5000), low, low + 1)
+        planner.costs_from(grids, 0, 0, np.array([frame.size - 1]))
+    fresh = Planner(frame, 1, costs_for("length"), np.zeros((0, 2)), VEHICLE)
+    fresh.costs_from(grids, 0, 0, np.array([frame.size - 1]))
+    assert np.array_equal(planner._search.toll, fresh._search.toll)

@@ -21,7 +21,7 @@ from swarmscout.viewing.player.page_text import page_data, page_text
 @pytest.mark.parametrize(
     ("text", "shown"),
     [
-        ("/srv/work/rules.py:Mine", "rules.py:Mine"),
+        ("/opt/rules.py:Mine", "rules.py:Mine"),
         ("see /home/bob", "see ~"),
         ("'/Users/bob/a b.txt'", "'a b.txt'"),
         (r"C:\Users\bob\maps\cave.npy", "cave.npy"),

@@ -6,7 +6,23 @@ import math
 
 from swarmscout.core.jit import inlined
 
-__all__ = ["cell_at", "cell_of", "offset"]
+__all__ = ["cell_at", "cell_of", "centre", "offset"]
+
+
+@inlined
+def centre(cell, grid):  # type: ignore[no-untyped-def]
+    """X and y of a flat cell's centre, as ``GridFrame`` computes them.
+
+    Args:
+        cell: the cell.
+        grid: any record with the fields of ``GRID``.
+    """
+    row = cell // grid.columns
+    col = cell - row * grid.columns
+    return (
+        grid.origin_x_m + (col + 0.5) * grid.cell_m,
+        grid.origin_y_m + (row + 0.5) * grid.cell_m,
+    )
 
 
 @inlined
@@ -17,10 +33,8 @@ def offset(cell, x, y, grid):  # type: ignore[no-untyped-def]
         cell: the cell; x, y: the point.
         grid: any record with the fields of ``GRID``.
     """
-    return (
-        grid.origin_x_m + (cell % grid.columns + 0.5) * grid.cell_m - x,
-        grid.origin_y_m + (cell // grid.columns + 0.5) * grid.cell_m - y,
-    )
+    centre_x, centre_y = centre(cell, grid)
+    return centre_x - x, centre_y - y
 
 
 @inlined

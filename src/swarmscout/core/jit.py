@@ -32,6 +32,7 @@ kernels: dict[str, Any] = {}
 
 SHARED = (
     "core/cells.py",
+    "core/components.py",
     "core/enums.py",
     "core/events.py",
     "core/segments.py",

@@ -18,7 +18,7 @@ def machine_memory() -> int | None:
     """
     try:
         limits = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")]
-    except (AttributeError, ValueError, OSError):  # There is no such function on Windows.
+    except (AttributeError, ValueError, OSError):  # Windows has no such function.
         return None
     with suppress(OSError, ValueError):  # No container, or "max": no limit.
         limits.append(int(_CONTAINER_LIMIT.read_text()))

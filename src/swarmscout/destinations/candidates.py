@@ -20,7 +20,7 @@ __all__ = ["LOOK_STEPS", "Candidates"]
 
 LOOK_STEPS = 5
 """Number of steps after which a leader without a candidate looks again; sooner if the time for
-which a place is avoided ends. Looking takes one route search for all robots that share a map."""
+which a place is avoided ends. What routes lead to is found once for robots that share a map."""
 
 
 @kernel

@@ -8,21 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.core.cells import centre
 from swarmscout.core.jit import allocating, inlined
 from swarmscout.minds.modes import is_on_task
 
-__all__ = ["Claims", "centre", "claim_block", "crowding", "gather_claims", "own_share"]
-
-
-@inlined
-def centre(cell, rules):  # type: ignore[no-untyped-def]
-    """X and y of a cell's centre, as ``GridFrame`` computes them."""
-    row = cell // rules.columns
-    col = cell - row * rules.columns
-    return (
-        rules.origin_x_m + (col + 0.5) * rules.cell_m,
-        rules.origin_y_m + (row + 0.5) * rules.cell_m,
-    )
+__all__ = ["Claims", "claim_block", "claim_cost", "crowding", "gather_claims", "own_share"]
 
 
 @inlined
@@ -93,6 +83,12 @@ def gather_claims(heard, rules, step):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def claim_cost(apart, rules):  # type: ignore[no-untyped-def]
+    """What one destination of another team costs at a distance, as in ``weigh``."""
+    return rules.apart * (1.0 - apart / rules.apart_m) if apart < rules.apart_m else 0.0
+
+
+@inlined
 def crowding(x, y, farther, claims, rules):  # type: ignore[no-untyped-def]
     """What all claims together cost at a point, were they so much farther away."""
     row, col = claim_block(x, y, rules)
@@ -102,8 +98,7 @@ def crowding(x, y, farther, claims, rules):  # type: ignore[no-untyped-def]
         dx = x - claims.x_m[k]
         dy = y - claims.y_m[k]
         apart = np.sqrt(dx * dx + dy * dy) + farther
-        if apart < rules.apart_m:
-            cost += rules.apart * (1.0 - apart / rules.apart_m)
+        cost += claim_cost(apart, rules)
     return cost
 
 
@@ -115,6 +110,5 @@ def own_share(x, y, nearer, own_x, own_y, rules):  # type: ignore[no-untyped-def
         dx = x - own_x[k]
         dy = y - own_y[k]
         apart = max(0.0, np.sqrt(dx * dx + dy * dy) - nearer)
-        if apart < rules.apart_m:
-            cost += rules.apart * (1.0 - apart / rules.apart_m)
+        cost += claim_cost(apart, rules)
     return cost

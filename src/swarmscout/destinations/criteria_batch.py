@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.cells import cell_of
+from swarmscout.core.cells import cell_of, centre
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.destinations.batch import ASKED, Land, Memory
-from swarmscout.destinations.claims import Claims, centre, claim_block, gather_claims, own_share
+from swarmscout.destinations.claims import Claims, claim_block, claim_cost, gather_claims, own_share
 from swarmscout.destinations.criteria_blocks import Blocks, Fixed, make_blocks, open_block
 from swarmscout.destinations.criteria_seeker import (
     bound_block,
@@ -74,7 +74,7 @@ WAITING = np.dtype(
         ("at", "i8"),  # which candidate
         ("entry", "i8"),  # where a body drives to get there, -1: nowhere; NOT_YET: not looked up
         ("most", "f8"),  # what it scores with a way of no length
-        ("least_m", "f8"),  # its way is no shorter
+        ("least_m", "f8"),  # a lower bound of its way
         ("soonest", "f8"),  # see ``soonest``
     ],
     align=True,
@@ -82,8 +82,8 @@ WAITING = np.dtype(
 """A candidate whose way is not known yet."""
 
 
-class Scratch(NamedTuple):
-    """What a leader's search keeps in memory.
+class Pending(NamedTuple):
+    """What a leader's search still has to look at.
 
     Attributes:
         blocks: int64[B], blocks whose candidates have not been taken; bounds: float64[B], what
@@ -154,8 +154,7 @@ def _settle(f, way_m, front_m, seeker, scene, rules, choice):  # type: ignore[no
         dx = x - claims.x_m[k]
         dy = y - claims.y_m[k]
         apart = np.sqrt(dx * dx + dy * dy)
-        if apart < rules.apart_m:
-            total -= rules.apart * (1.0 - apart / rules.apart_m)
+        total -= claim_cost(apart, rules)
     total += toward(x, y, seeker, rules)
     if total > choice.score or (total == choice.score and f < choice.at):
         choice.score = total
@@ -165,7 +164,7 @@ def _settle(f, way_m, front_m, seeker, scene, rules, choice):  # type: ignore[no
 
 @inlined
 def _settle_reached(walked, n, waiting, seeker, scene, rules, choice):  # type: ignore[no-untyped-def]
-    """Score the candidates whose ways are no longer than `walked`; returns how many wait then."""
+    """Score the candidates with ways up to `walked` mm; returns how many are left waiting."""
     land = scene.land
     k = 0
     while k < n:
@@ -218,7 +217,7 @@ def _highest_waiting(waiting, n, walked, rules):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _search(seeker, scene, rules, step, scratch, ends, choice):  # type: ignore[no-untyped-def]
+def _search(seeker, scene, rules, step, pending, ends, choice):  # type: ignore[no-untyped-def]
     """Find the best candidate for one leader: what may score most is looked at next."""
     land, fixed, blocks = scene.land, scene.fixed, scene.blocks
     rings = 1 + max(
@@ -229,31 +228,31 @@ def _search(seeker, scene, rules, step, scratch, ends, choice):  # type: ignore[
     n = 0
     walked = 0
     while True:
-        by_way = _highest_waiting(scratch.waiting, n, walked, rules)
-        by_block, at = _highest(scratch.bounds, listed)
+        by_way = _highest_waiting(pending.waiting, n, walked, rules)
+        by_block, at = _highest(pending.bounds, listed)
         by_ring = bound_ring(ring, seeker, rules) if ring < rings else -np.inf
         highest = max(by_way, by_block, by_ring)
         if highest == -np.inf or highest < choice.score - ROUNDING:
             break
         if by_ring == highest:
             known = listed
-            listed += _list_ring(ring, seeker, blocks, scratch.blocks[known:])
+            listed += _list_ring(ring, seeker, blocks, pending.blocks[known:])
             for k in range(known, listed):
-                b = scratch.blocks[k]
-                scratch.bounds[k] = bound_block(b, seeker, scene.heard, blocks, scene.claims, rules)
+                b = pending.blocks[k]
+                pending.bounds[k] = bound_block(b, seeker, scene.heard, blocks, scene.claims, rules)
             ring += 1
         elif by_block == highest:
-            b = scratch.blocks[at]
+            b = pending.blocks[at]
             if not blocks.is_open[b]:
                 open_block(b, blocks, land, fixed, scene.claims, rules)
-                scratch.bounds[at] = bound_block(
+                pending.bounds[at] = bound_block(
                     b, seeker, scene.heard, blocks, scene.claims, rules
                 )
                 continue
-            n = _take_block(b, n, scratch.waiting, seeker, scene, rules, step, choice)
+            n = _take_block(b, n, pending.waiting, seeker, scene, rules, step, choice)
             listed -= 1
-            scratch.blocks[at] = scratch.blocks[listed]
-            scratch.bounds[at] = scratch.bounds[listed]
+            pending.blocks[at] = pending.blocks[listed]
+            pending.bounds[at] = pending.bounds[listed]
         else:
             walked += STRIDE_MM
             if not walk_on(
@@ -261,7 +260,7 @@ def _search(seeker, scene, rules, step, scratch, ends, choice):  # type: ignore[
             ):
                 walked = FAR
         # The search may have passed those of a new block, too.
-        n = _settle_reached(walked, n, scratch.waiting, seeker, scene, rules, choice)
+        n = _settle_reached(walked, n, pending.waiting, seeker, scene, rules, choice)
 
 
 @kernel
@@ -285,7 +284,7 @@ def choose_by_criteria(own, heard, teams, land, memory, fixed, rules, step, aske
     members = np.empty(robots + 1, dtype=np.int64)
     own_x = np.empty(robots)
     own_y = np.empty(robots)
-    scratch = Scratch(
+    pending = Pending(
         np.empty(blocks.heads.shape[0], dtype=np.int64), np.empty(blocks.heads.shape[0]),
         np.empty(size + 1, dtype=WAITING),
     )  # fmt: skip
@@ -305,7 +304,7 @@ def choose_by_criteria(own, heard, teams, land, memory, fixed, rules, step, aske
         choice.at = -1
         choice.score = -np.inf
         begin_walk(source, fixed.field, fixed.queues, ends)
-        _search(seeker, scene, rules, step, scratch, ends, choice)
+        _search(seeker, scene, rules, step, pending, ends, choice)
         end_walk(fixed.field, fixed.queues, ends)
         avoided = memory.avoided[i]
         given_up = memory.given_up[i]

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmscout.core.cells import centre
 from swarmscout.core.enums import OCCUPIED, UNKNOWN
 from swarmscout.core.grid import GRID
 from swarmscout.core.jit import allocating, inlined
 from swarmscout.destinations.batch import Batch
-from swarmscout.destinations.claims import centre, crowding
+from swarmscout.destinations.claims import crowding
 from swarmscout.destinations.features import disc_half_widths
 from swarmscout.mapping.footprint import LABEL_BITS
 

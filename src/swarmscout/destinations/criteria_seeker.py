@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmscout.core.cells import cell_of
+from swarmscout.core.cells import cell_of, centre
 from swarmscout.core.jit import allocating, inlined
-from swarmscout.destinations.claims import centre, crowding, own_share
+from swarmscout.destinations.claims import crowding, own_share
 from swarmscout.destinations.criteria_blocks import middle
 from swarmscout.destinations.path_lengths import NO_WAY_M
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from swarmscout.core.components import root_of
 from swarmscout.core.enums import OCCUPIED, UNKNOWN
-from swarmscout.core.jit import inlined, kernel
+from swarmscout.core.jit import kernel
 from swarmscout.destinations.walking import FAR, begin_walk, end_walk, walk_on
 from swarmscout.mapping.footprint import FRONTIER, LABEL_BITS
 
@@ -93,14 +94,6 @@ def count_within(status, cells, half_widths, rows, columns, counts):  # type: ig
         counts[3, f] = frontier
 
 
-@inlined
-def _root(labels, f):  # type: ignore[no-untyped-def]
-    while labels[f] != f:
-        labels[f] = labels[labels[f]]
-        f = labels[f]
-    return f
-
-
 @kernel
 def label_clusters(cells, columns, places, labels):  # type: ignore[no-untyped-def]
     """Label groups of frontier cells that touch, at corners too.
@@ -124,13 +117,13 @@ def label_clusters(cells, columns, places, labels):  # type: ignore[no-untyped-d
             if (col == 0 and d in (0, 1)) or (col == columns - 1 and d == 3):
                 continue
             if 0 <= near < size and places[near] >= 0:
-                here = _root(labels, f)
-                there = _root(labels, places[near])
+                here = root_of(labels, f)
+                there = root_of(labels, places[near])
                 labels[max(here, there)] = min(here, there)
         places[cell] = f
     for f in range(cells.shape[0]):
         places[cells[f]] = -1
-        labels[f] = _root(labels, f)
+        labels[f] = root_of(labels, f)
     n = 0
     for f in range(cells.shape[0]):
         # A root comes before its descendants, so it is numbered when they are reached.

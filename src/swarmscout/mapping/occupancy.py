@@ -65,6 +65,17 @@ def _is_frontier(status, row, col, rows, columns, neighbours):  # type: ignore[n
     return False
 
 
+@inlined
+def _mark_changed(changed, row, col, reach, rows, columns, now):  # type: ignore[no-untyped-def]
+    """Note that cells within reach of a cell may have changed, in rows and columns."""
+    across = (columns + TILE - 1) // TILE
+    for tile_row in range(max(0, row - reach) // TILE, min(rows - 1, row + reach) // TILE + 1):
+        first = tile_row * across + max(0, col - reach) // TILE
+        last = tile_row * across + min(columns - 1, col + reach) // TILE
+        for tile in range(first, last + 1):
+            changed[tile] = now
+
+
 @kernel
 def apply_evidence(  # type: ignore[no-untyped-def]
     m, evidence, status, price, crowd, counts, bounds, changed, stamps, touched, before,
@@ -105,7 +116,6 @@ def apply_evidence(  # type: ignore[no-untyped-def]
                 before[n] = evidence[m, cell]
                 n += 1
             evidence[m, cell] += increments[k, e]
-    across = (columns + TILE - 1) // TILE
     counts[m, CLOSED] = 0
     for t in range(n):
         cell = touched[t]
@@ -120,7 +130,7 @@ def apply_evidence(  # type: ignore[no-untyped-def]
         col = cell - row * columns
         bounds[m, 0] = min(bounds[m, 0], row)
         bounds[m, 1] = max(bounds[m, 1], row)
-        changed[m, row // TILE * across + col // TILE] = now
+        _mark_changed(changed[m], row, col, 0, rows, columns, now)
         old = status[m, cell] & LABEL_BITS
         if label == old:
             continue
@@ -133,14 +143,7 @@ def apply_evidence(  # type: ignore[no-untyped-def]
             counts[m, CLOSED] += closed + (label == OCCUPIED)
             bounds[m, 0] = min(bounds[m, 0], first)
             bounds[m, 1] = max(bounds[m, 1], last)
-            reach = max(last - row, row - first)
-            for tile_row in range(
-                max(0, row - reach) // TILE, min(rows - 1, row + reach) // TILE + 1
-            ):
-                for tile_col in range(
-                    max(0, col - reach) // TILE, min(columns - 1, col + reach) // TILE + 1
-                ):
-                    changed[m, tile_row * across + tile_col] = now
+            _mark_changed(changed[m], row, col, -weights[0, 0], rows, columns, now)
         counts[m, KNOWN_FREE] += (label == FREE) - (old == FREE)
         counts[m, KNOWN_OCCUPIED] += (label == OCCUPIED) - (old == OCCUPIED)
         for near_row in range(max(0, row - 1), min(rows, row + 2)):
@@ -179,7 +182,7 @@ def collect_frontiers(words, bounds, columns, size, found):  # type: ignore[no-u
             continue
         for b in range(8):
             if word & (np.uint64(4) << np.uint64(8 * b)) and 8 * w + b < size:
-                if n == found.shape[0]:  # Somebody wrote into the map.
+                if n == found.shape[0]:  # The map was changed by hand.
                     return n
                 found[n] = 8 * w + b
                 n += 1
@@ -322,11 +325,6 @@ class OccupancyGrids:
             self.frame.rows, self.frame.columns, self._thresholds, self._permille,
             self._neighbours, self.footprint.weights,
         )  # fmt: skip
-
-    @property
-    def updates(self) -> int:
-        """How many updates of any map there were."""
-        return int(self._stamps[-1])
 
     def grow(self, maps: int) -> None:
         """Make room for a number of maps; those added hold nothing meaningful."""

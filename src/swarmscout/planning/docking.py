@@ -59,7 +59,7 @@ CROWD_M = 2.0
 many come to at once jams, since those that have charged do not get out."""
 
 FULL_TIMES = 3
-"""If half of the places are taken or claimed, each further robot counts so many times more."""
+"""Once half of the places are taken or claimed, each further robot weighs this many times more."""
 
 NEAR_M = 1.5
 """So far outside the range robots take a place, or wait for one."""

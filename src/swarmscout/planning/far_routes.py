@@ -14,17 +14,17 @@ from swarmscout.mapping.occupancy import TILE
 from swarmscout.planning.regions import NO_REGION, find_far_ways, list_cells, region_of, way_ahead
 from swarmscout.planning.route_table import STATION
 from swarmscout.planning.spread import FLAG_BITS, SETTLED, START, flags_of, read_off, spread
-from swarmscout.planning.tolls import padded
+from swarmscout.planning.tolls import padded, unpadded
 
 __all__ = ["plan_far"]
 
 AHEAD = 4
-"""A part of a route leads so many regions on."""
+"""Number of regions over which one part of a route leads."""
 
 
 @inlined
 def _is_far(here, seeds, search):  # type: ignore[no-untyped-def]
-    """Whether a padded cell is so far from all seeds that a way may be far, too."""
+    """Whether a padded cell is far from all seeds, so that its way may lead far."""
     width = search.columns + 2
     for seed in seeds:
         rows = abs(seed // width - here // width)
@@ -62,13 +62,6 @@ def _plan_part(i, region, price, toll, nodes, buckets, regions, search, routes, 
     return length
 
 
-@inlined
-def _unpad(cell, columns):  # type: ignore[no-untyped-def]
-    """The flat cell of a padded one."""
-    row = cell // (columns + 2)
-    return (row - 1) * columns + cell - row * (columns + 2) - 1
-
-
 @allocating
 def plan_far(  # type: ignore[no-untyped-def]
     group, seeds, costs, price, toll, nodes, buckets, regions, search, routes, cells, step, events
@@ -87,26 +80,29 @@ def plan_far(  # type: ignore[no-untyped-def]
     """
     columns = search.columns
     rows = price.shape[0] // columns
+    far = np.empty(group.shape[0], dtype=np.bool_)
     starts = np.empty(group.shape[0], dtype=np.int64)
     n = 0
-    for i in group:
-        if _is_far(padded(routes[i].here, columns), seeds, search):
-            starts[n] = routes[i].here
-            n += 1
+    for k in range(group.shape[0]):
+        here = routes[group[k]].here
+        far[k] = _is_far(padded(here, columns), seeds, search)
+        starts[n] = here
+        n += far[k]
     if n == 0:
         return group.shape[0]
     goals = np.empty(seeds.shape[0], dtype=np.int64)
     for g in range(seeds.shape[0]):
-        goals[g] = _unpad(seeds[g], columns)
+        goals[g] = unpadded(seeds[g], columns)
     search.count += 2
     now = search.count
     find_far_ways(toll, regions, goals, costs, starts[:n], search, rows)
     left = 0
-    for i in group:
+    for k in range(group.shape[0]):
+        i = group[k]
         route = routes[i]
         tiles = 0
         region = NO_REGION
-        if _is_far(padded(route.here, columns), seeds, search):
+        if far[k]:
             region = region_of(route.here, toll, regions, rows, columns)
         if region != NO_REGION and regions.reached[region] == now:
             ahead, tiles, rest_mm = way_ahead(region, AHEAD, regions, search)

@@ -83,7 +83,7 @@ BUSY_STEPS = 6
 robots would wait for each other."""
 FAR = 1 << 20
 ALONE, JAMMED, TAKEN = 0, 1, 2
-"""Whom a move meets: nobody, a robot that wants to drive on too, or one that stays."""
+"""What a move runs into: nothing, a robot that wants to drive on too, or one that stays."""
 
 
 @inlined
@@ -139,7 +139,7 @@ def empty_buckets(heard, chain, rules):  # type: ignore[no-untyped-def]
 
 @inlined
 def _expect(robot, beacon, step, headings, rules):  # type: ignore[no-untyped-def]
-    """Write down what is expected of a robot, whoever looks."""
+    """Write down what is expected of a robot; it is the same for all that look."""
     robot.known = True
     robot.charges = beacon.mode == CHARGE
     robot.wants = beacon.step == step and beacon.aim >= 0
@@ -163,8 +163,8 @@ def _rank(j, shift, robots):  # type: ignore[no-untyped-def]
 def _can_be_met(other, first, x, y, rules):  # type: ignore[no-untyped-def]
     """Whether any way of a robot at (x, y), of the moves looked ahead, can lead to a neighbour.
 
-    After t steps the robot is at most t moves away, whatever it does. It gives way only to those
-    who go first; that the others are where they are counts in the first step alone.
+    After t steps the robot is at most t moves away. It gives way only to neighbours that go first;
+    the present place of the others matters in the first step only.
     """
     dx = other.x_m - x
     dy = other.y_m - y

@@ -11,19 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from swarmscout.core.components import root_of
 from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import TIGHT
 
 __all__ = ["find_connected"]
-
-
-@inlined
-def _root(parents, run):  # type: ignore[no-untyped-def]
-    """The run that stands for a run's component."""
-    while parents[run] != run:
-        parents[run] = parents[parents[run]]
-        run = parents[run]
-    return run
 
 
 @inlined
@@ -63,8 +55,8 @@ def _join_rows(begins, ends, above, here, beyond, columns, parents):  # type: ig
     b = here
     while a < here and b < beyond:
         if begins[a] + columns < ends[b] and begins[b] < ends[a] + columns:
-            one = _root(parents, a)
-            other = _root(parents, b)
+            one = root_of(parents, a)
+            other = root_of(parents, b)
             parents[max(one, other)] = min(one, other)
         if ends[a] + columns < ends[b]:
             a += 1
@@ -88,7 +80,7 @@ def _component(cell, low, high, columns, first_run, begins, ends, parents):  # t
         else:
             after = middle
     inside = at < first_run[row + beyond - low + 1] and begins[at] <= cell
-    return _root(parents, at) if inside else -1
+    return root_of(parents, at) if inside else -1
 
 
 @kernel

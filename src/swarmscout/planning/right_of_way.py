@@ -152,7 +152,7 @@ def _best_detour(me, status, route, near, wanted, step, headings, best, rules): 
         best: only ways that take fewer steps than this are looked for.
 
     Returns:
-        The heading in ticks; the moves: 0 if there is no such way.
+        The heading in ticks, and the number of moves; 0 moves: none is better.
     """
     ticks = headings.shape[0]
     best_heading = 0

@@ -30,7 +30,7 @@ from swarmscout.mapping.footprint import enter, get_out
 from swarmscout.planning.far_routes import plan_far
 from swarmscout.planning.route_table import NEAREST, STATION, by_goal
 from swarmscout.planning.spread import FLAG_BITS, SETTLED, START, flags_of, read_off, spread
-from swarmscout.planning.tolls import fill_tolls, padded, toll_robots, untoll_robots
+from swarmscout.planning.tolls import fill_tolls, padded, toll_robots, unpadded
 
 __all__ = ["plan_routes", "route_cost_field"]
 
@@ -65,7 +65,7 @@ def _read_all(price, toll, nodes, routes, cells, group, search, step, events):  
         length = -1
         if flags_of(nodes[start], search.count) & SETTLED:
             length, end, route.way_mm = read_off(price, toll, nodes, search, start, cells[i])
-            route.end = end - 2 * (end // (search.columns + 2)) - search.columns - 1
+            route.end = unpadded(end, search.columns)
         route.length = max(length, 0)
         route.kept = min(route.length, cells.shape[1])
         route.cost = nodes[start].cost if length >= 0 else -1
@@ -128,11 +128,12 @@ def plan_routes(  # type: ignore[no-untyped-def]
         m = routes[i].map
         if m != loaded:
             if loaded >= 0:
-                untoll_robots(
-                    price[loaded], status[loaded], toll, marks[loaded], regions.labelled, search
-                )
+                toll_robots(
+                    price[loaded], status[loaded], toll, marks[loaded], regions.labelled, search,
+                    False,
+                )  # fmt: skip
             fill_tolls(m, price, status, bounds, changed, toll, regions.labelled, search)
-            toll_robots(price[m], status[m], toll, marks[m], regions.labelled, search)
+            toll_robots(price[m], status[m], toll, marks[m], regions.labelled, search, True)
             for d in range(docks.shape[0] if search.home else 0):
                 entries[d] = enter(status[m], docks[d, 0], rows, columns, reach[0])
             loaded = m
@@ -161,7 +162,10 @@ def plan_routes(  # type: ignore[no-untyped-def]
         if goal in (STATION, NEAREST):
             _name_docks(routes, group, docks, entries, queues[m])
     if loaded >= 0:
-        untoll_robots(price[loaded], status[loaded], toll, marks[loaded], regions.labelled, search)
+        toll_robots(
+            price[loaded], status[loaded], toll, marks[loaded], regions.labelled, search,
+            False,
+        )  # fmt: skip
 
 
 @kernel

@@ -15,6 +15,7 @@ import numpy as np
 
 from swarmscout.core.jit import inlined
 from swarmscout.planning.search_memory import BUCKETS
+from swarmscout.planning.tolls import unpadded
 
 __all__ = ["FLAG_BITS", "SETTLED", "START", "flags_of", "read_off", "spread"]
 
@@ -195,8 +196,7 @@ def read_off(price, toll, nodes, search, start, route):  # type: ignore[no-untyp
                 break
         else:
             return -1, cell, 0
-        row = cell // width
-        flat = (row - 1) * (width - 2) + cell - row * width - 1
+        flat = unpadded(cell, search.columns)
         way_mm += length if price[flat] < search.proven else 2 * length
         if n < route.shape[0]:
             route[n] = flat

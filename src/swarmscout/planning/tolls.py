@@ -8,7 +8,7 @@ from swarmscout.core.jit import inlined, kernel
 from swarmscout.mapping.footprint import BESIDE, STATION_ZONE, TIGHT
 from swarmscout.mapping.occupancy import TILE
 
-__all__ = ["STILL_STEPS", "fill_tolls", "mark_robots", "padded", "toll_robots", "untoll_robots"]
+__all__ = ["STILL_STEPS", "fill_tolls", "mark_robots", "padded", "toll_robots", "unpadded"]
 
 STILL_STEPS = 3
 """A robot that has not moved for so many steps stands."""
@@ -24,6 +24,12 @@ KINDS = 4
 def padded(cell, columns):  # type: ignore[no-untyped-def]
     """A cell of the grid in the numbers of ``Search``, which count the rim too."""
     return cell + 2 * (cell // columns) + columns + 3
+
+
+@inlined
+def unpadded(cell, columns):  # type: ignore[no-untyped-def]
+    """The flat cell of the grid with a number that counts the rim."""
+    return cell - 2 * (cell // (columns + 2)) - columns - 1
 
 
 @inlined
@@ -120,40 +126,32 @@ def _extra(kind, search):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def toll_robots(price, status, toll, marks, labelled, search):  # type: ignore[no-untyped-def]
-    """Make the cells dearer in which robots are, and those round them.
+def toll_robots(price, status, toll, marks, labelled, search, dearer):  # type: ignore[no-untyped-def]
+    """Make the cells in which robots are, and those round them, dearer, or put their tolls back.
 
     A body lies anywhere in its cell, and often leaves no room for another in the next one.
+
+    Args:
+        price, status: of one map. toll: written. marks: int64[N], see :func:`mark_robots`.
+        labelled: see :func:`fill_tolls`, written. search: SEARCH.
+        dearer: False puts back what a call with True has changed.
     """
-    width = search.columns + 2
+    rows = price.shape[0] // search.columns
     tiles = (search.columns + TILE - 1) // TILE
     for mark in marks:
         extra = _extra(mark % KINDS, search) if mark >= 0 else 0
         if extra == 0:
             continue
         row, col = mark // KINDS // search.columns, mark // KINDS % search.columns
-        for near_row in range(max(0, row - 1), min(price.shape[0] // search.columns, row + 2)):
+        for near_row in range(max(0, row - 1), min(rows, row + 2)):
             for near_col in range(max(0, col - 1), min(search.columns, col + 2)):
+                near = near_row * search.columns + near_col
+                at = padded(near, search.columns)
+                fresh = _toll(price, status, near, search)
                 labelled[near_row // TILE * tiles + near_col // TILE] = False
-                fresh = _toll(price, status, near_row * search.columns + near_col, search)
-                at = (near_row + 1) * width + near_col + 1
-                if fresh >= 0:
+                if not dearer:
+                    toll[at] = fresh
+                elif fresh >= 0:
                     toll[at] = max(toll[at], fresh + extra)
                 else:
                     toll[at] = min(toll[at], fresh - extra)
-
-
-@inlined
-def untoll_robots(price, status, toll, marks, labelled, search):  # type: ignore[no-untyped-def]
-    """Put the tolls back that `toll_robots` has changed."""
-    width = search.columns + 2
-    tiles = (search.columns + TILE - 1) // TILE
-    for mark in marks:
-        if mark < 0 or _extra(mark % KINDS, search) == 0:
-            continue
-        row, col = mark // KINDS // search.columns, mark // KINDS % search.columns
-        for near_row in range(max(0, row - 1), min(price.shape[0] // search.columns, row + 2)):
-            for near_col in range(max(0, col - 1), min(search.columns, col + 2)):
-                labelled[near_row // TILE * tiles + near_col // TILE] = False
-                near = near_row * search.columns + near_col
-                toll[(near_row + 1) * width + near_col + 1] = _toll(price, status, near, search)
