@@ -84,7 +84,8 @@ def plan_far(  # type: ignore[no-untyped-def]
     starts = np.empty(group.shape[0], dtype=np.int64)
     n = 0
     for k in range(group.shape[0]):
-        here = routes[group[k]].here
+        i = group[k]
+        here = routes[i].here
         far[k] = _is_far(padded(here, columns), seeds, search)
         starts[n] = here
         n += far[k]
